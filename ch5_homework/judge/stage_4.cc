@@ -5,10 +5,11 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
+#include <optional>
 
+#include "ch5_homework/judge/ask.h"
 #include "ch5_homework/judge/mistakes/stage_4.h"
 #include "ch5_homework/judge/stage_4_scene.h"
-#include "ch5_homework/judge/submission.h"
 
 namespace ch5::homework {
 namespace {
@@ -19,6 +20,32 @@ constexpr GaugeGroup kGroups[] = {GaugeGroup::kVisualInertial, GaugeGroup::kMono
 constexpr double kTolerance = 1e-7;            // of numerical derivatives
 constexpr double kSmallestEigenvalue = 5e-9;   // of the largest one
 constexpr double kCovarianceTolerance = 1e-5;  // over 1000 seeds they are exact to 1.3e-8
+
+// ---- the student's functions ----------------------------------------------------------------------------------------
+// The given code makes matrices of the right size.
+
+/// @param only  of this vertex alone
+MatXX NullSpace(Scene& scene, GaugeGroup group, std::optional<int> only = {}) {
+  const VertexList all = scene.Vertices();
+  Values given{{"group", group}};
+  if (only) given.Put("only", *only);
+  const VertexList asked = only ? VertexList{all.at(static_cast<size_t>(*only))} : all;
+  return Ask("GaugeNullSpace", scene, given).Sized("U", TotalLocalDimension(asked), NumGaugeDirections(group));
+}
+
+MatXX Projection(const MatXX& U, const MatXX& V) {
+  return Ask("GaugeProjection", {{"U", U}, {"V", V}}).Sized("Q", U.rows(), U.rows());
+}
+
+MatXX MotionJacobian(Scene& scene, double yaw) {
+  const int size = TotalLocalDimension(scene.Vertices());
+  return Ask("GaugeMotionJacobian", scene, {{"yaw", yaw}}).Sized("motion", size, size);
+}
+
+MatXX Transformed(const MatXX& covariance, const MatXX& motion, const MatXX& Q, const MatXX& Q_C) {
+  return Ask("TransformCovariance", {{"covariance", covariance}, {"motion", motion}, {"Q", Q}, {"Q_C", Q_C}})
+      .Sized("transformed", covariance.rows(), covariance.cols());
+}
 
 // ---- 4a, the rows of a pose -----------------------------------------------------------------------------------------
 
@@ -45,19 +72,20 @@ void CheckPose(const VertexPose& pose, const MatXX& U, const MatXX& right, Gauge
 
 // Paper and pencil: R takes x to y, y to z and z to x; p = (2, 1, 0).
 TEST(Stage4, APoseOnPaper) {
-  const GraphScene scene("pose on paper");
+  GraphScene scene("pose on paper");
   MatXX right = MatXX::Zero(6, 4);
   right.topLeftCorner<3, 3>().setIdentity();
   right.col(3) << -1, 2, 0, 0, 1, 0;
-  const MatXX U = Chosen().gauge_freedom.null_space(scene.vertices, GaugeGroup::kVisualInertial);
+  const MatXX U = NullSpace(scene, GaugeGroup::kVisualInertial);
   CheckPose(dynamic_cast<const VertexPose&>(*scene.vertices[0]), U, right, GaugeGroup::kVisualInertial);
 }
 
 TEST(Stage4, APoseMovesWithTheWorld) {
   for (const GaugeGroup group : kGroups) {
-    const GraphScene scene("vertices of a type", {0, 5, 83});
-    for (const auto& pose : scene.vertices) {
-      CheckPose(dynamic_cast<const VertexPose&>(*pose), Chosen().gauge_freedom.null_space({pose}, group),
+    GraphScene scene("vertices of a type", {0, 5, 83});
+    for (size_t k = 0; k < scene.vertices.size(); ++k) {
+      const auto& pose = scene.vertices[k];
+      CheckPose(dynamic_cast<const VertexPose&>(*pose), NullSpace(scene, group, static_cast<int>(k)),
                 NumericNullSpace({pose}, group), group);
     }
   }
@@ -67,11 +95,12 @@ TEST(Stage4, APoseMovesWithTheWorld) {
 
 TEST(Stage4, AVelocityTurnsAndIsNotShifted) {
   for (const GaugeGroup group : kGroups) {
-    const GraphScene scene("vertices of a type", {1, 5, 89});
-    for (const auto& speed : scene.vertices) {
+    GraphScene scene("vertices of a type", {1, 5, 89});
+    for (size_t vertex = 0; vertex < scene.vertices.size(); ++vertex) {
+      const auto& speed = scene.vertices[vertex];
       const Eigen::Index columns = 3 + AxesOf(group).cols();
       const MatXX right = NumericNullSpace({speed}, group).topLeftCorner(3, columns);
-      const MatXX got = Chosen().gauge_freedom.null_space({speed}, group).topLeftCorner(3, columns);
+      const MatXX got = NullSpace(scene, group, static_cast<int>(vertex)).topLeftCorner(3, columns);
       const MatXX turn = Hat(dynamic_cast<const VertexSpeedBias&>(*speed).v()) * AxesOf(group);
       const auto rows = [&](const MatXX& left, const MatXX& turns) {
         return MatXX((MatXX(3, columns) << left, turns).finished());
@@ -92,11 +121,11 @@ TEST(Stage4, AVelocityTurnsAndIsNotShifted) {
 TEST(Stage4, TheNullSpaceIsTheDerivativeOfTheWorldsMotion) {
   for (const GaugeGroup group : kGroups) {
     for (const int count : {4, 9, 17}) {
-      const GraphScene scene("vertices of all types", {count, 97});
+      GraphScene scene("vertices of all types", {count, 97});
       const Vertices& vertices = scene.vertices;
       Require("4", {"4.U_of_vertices", {{"n", Word(count)}, {"system", NameOf(group)}}},
-              NumericNullSpace(vertices, group), Chosen().gauge_freedom.null_space(vertices, group), RowNames(vertices),
-              {}, kTolerance, {}, {}, DirectionNames(group));
+              NumericNullSpace(vertices, group), NullSpace(scene, group), RowNames(vertices), {}, kTolerance, {}, {},
+              DirectionNames(group));
     }
   }
 }
@@ -107,7 +136,7 @@ void CheckProjection(const MatXX& U, const MatXX& V, const Names& names, const T
   const MatXX I = MatXX::Identity(U.rows(), U.rows()), Vt = V.transpose(), A = Vt * U;
   const auto minus = [&](const MatXX& lost) { return MatXX(I - lost); };
   const MatXX right = ProjectionByItsEffect(U, V), lost = I - right;
-  Require("4", what, right, Chosen().gauge_freedom.projection(U, V), names,
+  Require("4", what, right, Projection(U, V), names,
           {{"4c", "4.Q_still_identity", I},
            {"4c", "4.U_V_exchanged", right.transpose()},
            {"4c", SignAdded("U (VᵀU)⁻¹ Vᵀ"), I + lost, kOfSign},
@@ -153,11 +182,11 @@ TEST(Stage4, TheProjectionRemovesTheGaugesMotionsAndNothingElse) {
 
 // ---- 4d, the Jacobian of the motion ---------------------------------------------------------------------------------
 
-void CheckMotion(const Vertices& vertices, double yaw, const Text& scene) {
+void CheckMotion(GraphScene& scene, double yaw, const Text& what) {
+  const Vertices& vertices = scene.vertices;
   const Motion g{1.0, ExpSO3(Vec3(0, 0, yaw)), Vec3(1, -2, 3)};  // t must not matter
-  Require("4", {"4.motion_jacobian_of", {{"scene", scene}, {"n", Word(yaw)}}}, NumericMotionJacobian(vertices, g),
-          Chosen().gauge_freedom.motion_jacobian(vertices, yaw), RowNames(vertices),
-          MotionMistakes(vertices, g.R.toRotationMatrix()), kTolerance, "4d");
+  Require("4", {"4.motion_jacobian_of", {{"scene", what}, {"n", Word(yaw)}}}, NumericMotionJacobian(vertices, g),
+          MotionJacobian(scene, yaw), RowNames(vertices), MotionMistakes(vertices, g.R.toRotationMatrix()), kTolerance, "4d");
 }
 
 TEST(Stage4, TheMotionTurnsWhatIsExpressedInTheWorld) {
@@ -165,12 +194,12 @@ TEST(Stage4, TheMotionTurnsWhatIsExpressedInTheWorld) {
   const double yaw = random.Uniform(0.5, 2.0);
   int type = 0;
   for (const char* words : {"4.pose", "4.velocity_biases", "4.point"}) {
-    const GraphScene scene("vertices of a type", {type++, 1, 108});
-    CheckMotion(scene.vertices, yaw, words);
+    GraphScene scene("vertices of a type", {type++, 1, 108});
+    CheckMotion(scene, yaw, words);
   }
   for (const int count : {4, 7, 15}) {
-    const GraphScene scene("vertices of all types", {count, 109});
-    CheckMotion(scene.vertices, -random.Uniform(0.0, 3.0), {"4.vertices", {{"n", Word(count)}}});
+    GraphScene scene("vertices of all types", {count, 109});
+    CheckMotion(scene, -random.Uniform(0.0, 3.0), {"4.vertices", {{"n", Word(count)}}});
   }
 }
 
@@ -185,7 +214,7 @@ TEST(Stage4, TheCovarianceIsMultipliedFromBothSides) {
     const MatXX Q = ProjectionByItsEffect(U, V), Q_C = M * Q * M.transpose();  // the same gauge at θ and at θ_C
     const MatXX T = Q_C * M, Tt = T.transpose();
     const auto by = [&](const MatXX& factor) { return MatXX(factor * C * factor.transpose()); };
-    const MatXX got = Chosen().gauge_freedom.transform_covariance(C, M, Q, Q_C);
+    const MatXX got = Transformed(C, M, Q, Q_C);
     const bool exploded = !got.allFinite() || (got.size() > 0 && got.norm() > 1e8);  // all that is given is near 1
     Require("4", {"4.covariance_of_random", {{"size", Word(std::to_string(n) + "×" + std::to_string(n))}}}, T * C * Tt,
             got, {},
@@ -217,17 +246,14 @@ TEST(Stage4, TheCovarianceIsMultipliedFromBothSides) {
 
 // The handout's example: one measurement of x2 − x1 with σ = 2.
 TEST(Stage4, TheExampleOfTheHandout) {
-  const GaugeFreedom& functions = Chosen().gauge_freedom;
   const Vec2 U(1, 1), V(1, 0);
   const MatXX free = (MatXX(2, 2) << 1, -1, -1, 1).finished(), fixed = (MatXX(2, 2) << 0, 0, 0, 4).finished();
   const MatXX I = MatXX::Identity(2, 2), H = 0.25 * free;
   ASSERT_TRUE(FreeCovariance(H, 1).isApprox(free) && FixedCovariance(H, V).isApprox(fixed)) << "the handout is wrong";
   Require("4", "4.handout_held", fixed,
-          functions.transform_covariance(free, I, functions.projection(U, V), functions.projection(U, V)),
-          Words({"x1", "x2"}));
+          Transformed(free, I, Projection(U, V), Projection(U, V)), Words({"x1", "x2"}));
   Require("4", "4.handout_set_free", free,
-          functions.transform_covariance(fixed, I, functions.projection(U, U), functions.projection(U, U)),
-          Words({"x1", "x2"}));
+          Transformed(fixed, I, Projection(U, U), Projection(U, U)), Words({"x1", "x2"}));
 }
 
 // ---- all together ---------------------------------------------------------------------------------------------------
@@ -246,30 +272,29 @@ std::unique_ptr<FreeScene> WellConditioned(GaugeGroup group, int frames, int poi
 void CheckGauges(GaugeGroup group, int frames, int points, int seed) {
   const auto drawn = WellConditioned(group, frames, points, seed);
   FreeScene& scene = *drawn;
-  const GaugeFreedom& functions = Chosen().gauge_freedom;
   const Names names = RowNames(scene.vertices);
   const auto of = [&](const Text& what) {
     return Text("4.frames", {{"what", what}, {"system", NameOf(group)}, {"n", Word(frames)}});
   };
-  const MatXX H = scene.Hessian(), U = functions.null_space(scene.vertices, group);
+  const MatXX H = scene.Hessian(), U = NullSpace(scene, group);
   Require("4", of("4.I_H_U"), MatXX::Ones(U.rows(), U.cols()),
           MatXX::Ones(U.rows(), U.cols()) + H * U / H.cwiseAbs().maxCoeff(), names, {}, 1e-9, {}, {},
           DirectionNames(group));
   const MatXX free = FreeCovariance(H, static_cast<int>(U.cols()));
-  const MatXX Q = functions.projection(U, scene.FirstFrame(group)), Q_free = functions.projection(U, U);
+  const MatXX Q = Projection(U, scene.FirstFrame(group)), Q_free = Projection(U, U);
 
   const double yaw = 0.4 + 0.1 * static_cast<double>(frames);
   MoveAll({1.0, ExpSO3(Vec3(0, 0, yaw)), Vec3(3, -2, 1)}, scene.vertices);
   const MatXX V = scene.FirstFrame(group), fixed = FixedCovariance(scene.Hessian(), V);
-  const MatXX U_C = functions.null_space(scene.vertices, group);
-  const MatXX Q_C = functions.projection(U_C, V), Q_C_free = functions.projection(U_C, U_C);
-  const MatXX motion = functions.motion_jacobian(scene.vertices, yaw);
+  const MatXX U_C = NullSpace(scene, group);
+  const MatXX Q_C = Projection(U_C, V), Q_C_free = Projection(U_C, U_C);
+  const MatXX motion = MotionJacobian(scene, yaw);
   ASSERT_GT((free - fixed).norm(), 0.1 * fixed.norm()) << "the scene is too easy: both gauges have one covariance";
-  Require("4", of("4.covariance_held"), fixed, functions.transform_covariance(free, motion, Q, Q_C), names, {},
+  Require("4", of("4.covariance_held"), fixed, Transformed(free, motion, Q, Q_C), names, {},
           kCovarianceTolerance);
 
-  const MatXX back = functions.motion_jacobian(scene.vertices, -yaw);
-  Require("4", of("4.covariance_set_free"), free, functions.transform_covariance(fixed, back, Q_C_free, Q_free), names,
+  const MatXX back = MotionJacobian(scene, -yaw);
+  Require("4", of("4.covariance_set_free"), free, Transformed(fixed, back, Q_C_free, Q_free), names,
           {}, kCovarianceTolerance);
 }
 

@@ -5,32 +5,55 @@
 
 #include "ch5_homework/judge/mistakes/assembly.h"
 #include "ch5_homework/judge/stage_6_scene.h"
-#include "ch5_homework/judge/submission.h"
 
 namespace ch5::homework {
 namespace {
 
 // ---- 6a, 6b PreMarginalize ----------------------------------------------------------------------------------------
 
+struct Block {
+  int id, idx;
+  std::shared_ptr<Vertex> vertex;
+  VecX x0;
+};
+// What PreMarginalize has left.
+struct Evaluated {
+  std::vector<Block> blocks;
+  VecX fresh, keep;
+  double m, n;
+
+  Evaluated(FactorScene* scene, int times) {
+    const Answer answer = Ask("PreMarginalize", *scene, {{"times", times}});
+    const MatXX rows = answer.Sized("blocks", 3, answer["blocks"].cols());
+    for (int k = 0; k < rows.cols(); ++k) {
+      const VecX one = rows.col(k);
+      blocks.push_back({Whole(one[0]), Whole(one[2]), scene->At(one[1]), answer.Vector("x0 " + std::to_string(k))});
+    }
+    fresh = answer.Sized("fresh", static_cast<Eigen::Index>(scene->factors.size()), 1);
+    keep = answer.Vector("keep");
+    m = answer.Number("m");
+    n = answer.Number("n");
+  }
+};
+
 TEST(Stage6, RemembersTheFreeBlocks) {
-  const FactorScene scene;
-  const auto term = scene.Fill();
-  term->PreMarginalize();
+  FactorScene scene;
+  const std::vector<Block> blocks = Evaluated(&scene, 1).blocks;
   std::string right, got;
-  const auto& blocks = BlocksOf(*term);
   for (const auto& vertex : scene.free) right += (right.empty() ? "" : ", ") + vertex->Name();
-  for (const auto& [id, block] : blocks) got += (got.empty() ? "" : ", ") + block.vertex->Name();
-  const bool misplaced = std::any_of(blocks.begin(), blocks.end(),
-                                     [](const auto& entry) { return entry.second.vertex->Id() != entry.first; });
+  for (const Block& block : blocks) got += (got.empty() ? "" : ", ") + block.vertex->Name();
+  const auto has = [&](const auto& is) { return std::any_of(blocks.begin(), blocks.end(), is); };
+  const bool misplaced = has([](const Block& block) { return block.vertex->Id() != block.id; });
   if (misplaced || got != right) {
+    const bool with_fixed = has([&](const Block& block) { return block.id == scene.fixed->Id(); });
     Fail({"6", "6.blocks_remembered", Word(right), got.empty() ? "6.none" : Word(got),
-          blocks.empty()                        ? "6.no_vertex_remembered"
-          : misplaced                           ? "6.block_under_wrong_id"
-          : blocks.count(scene.fixed->Id()) > 0 ? "6.fixed_vertex_no_columns"
-                                                : "6.free_vertex_missing",
+          blocks.empty() ? "6.no_vertex_remembered"
+          : misplaced    ? "6.block_under_wrong_id"
+          : with_fixed   ? "6.fixed_vertex_no_columns"
+                         : "6.free_vertex_missing",
           "6a"});
   }
-  for (const auto& [id, block] : blocks) {
+  for (const Block& block : blocks) {
     const VecX x = block.vertex->Parameters();
     if (Equal(block.x0, x, 0.0)) continue;
     Fail({"6", Text("6.remembered_state", {{"vertex", Word(block.vertex->Name())}}),
@@ -41,13 +64,12 @@ TEST(Stage6, RemembersTheFreeBlocks) {
 }
 
 TEST(Stage6, EvaluatesEachResidual) {
-  const FactorScene scene;
-  const auto term = scene.Fill();
-  term->PreMarginalize();
-  for (const auto& factor : scene.factors) {
-    if (scene.IsFresh(*factor.edge)) continue;
-    Fail({"6", Text("6.residual_evaluated", {{"edge", Word(factor.edge->TypeInfo())}}), "6.r_J_present_states",
-          "6.those_older_state", "6.edge_linearize", "6a"});
+  FactorScene scene;
+  const Evaluated evaluated(&scene, 1);
+  for (size_t k = 0; k < scene.factors.size(); ++k) {
+    if (evaluated.fresh[static_cast<Eigen::Index>(k)] == 1.0) continue;
+    Fail({"6", Text("6.residual_evaluated", {{"edge", Word(scene.factors[k].edge->TypeInfo())}}),
+          "6.r_J_present_states", "6.those_older_state", "6.edge_linearize", "6a"});
   }
 }
 
@@ -185,26 +207,27 @@ struct Layout {
 };
 
 TEST(Stage6, NumbersTheDroppedBlocksFirst) {
-  const FactorScene scene;
-  const auto term = scene.Fill();
-  for (int again = 0; again < 2; ++again) {  // the second time finds the numbers of the first
-    term->PreMarginalize();
+  FactorScene scene;
+  for (const int times : {1, 2}) {  // the second time finds the numbers of the first
+    const Evaluated evaluated(&scene, times);
     const Layout layout{scene};
-    const auto& blocks = BlocksOf(*term);
+    const auto& blocks = evaluated.blocks;
     if (blocks.size() != scene.free.size()) Fail({"6", "6.number_of_blocks"});
     VecX rows(layout.Of({}).size());
     int k = 0;
-    for (const auto& [id, block] : blocks) rows[k++] = block.idx;
-    rows.tail<2>() << term->m(), term->n();
+    for (const Block& block : blocks) rows[k++] = block.idx;
+    rows.tail<2>() << evaluated.m, evaluated.n;
     Require(
         "6", "6.first_rows_blocks", layout.Of(scene.Dropped()), rows, layout.RowNames(),
         [&] { return layout.Mistakes(rows); }, 1e-12, "6b");
-    std::vector<int> right;
+    std::vector<int> right, got;
     for (const auto& vertex : scene.Kept()) right.push_back(vertex->Id());
-    const std::vector<int>& got = std::get<6>(MembersOf(*term));
+    for (const double id : evaluated.keep) got.push_back(Whole(id));
     if (got != right) {
       std::vector<int> first_rows;
-      for (const int id : right) first_rows.push_back(blocks.at(id).idx);
+      for (const Block& block : blocks) {
+        if (std::count(right.begin(), right.end(), block.id) > 0) first_rows.push_back(block.idx);
+      }
       Fail({"6", "6.keep", Text("6.ids_order_rows", {{"ids", Word(Join(right))}}), Word(Join(got)),
             got.empty()                       ? "6.keep_push_back"
             : got == first_rows               ? "6.keep_holds_rows"
@@ -221,22 +244,20 @@ TEST(Stage6, NumbersTheDroppedBlocksFirst) {
 
 void CheckA(FactorScene::Kind kind, const Text& what) {
   FactorScene scene(kind);
-  const auto term = scene.Fill();
-  term->PreMarginalize();
-  term->ConstructA();
+  const Answer got = Ask("ConstructA", scene);
   const System right = scene.Right();
   const Names names = scene.RowNames();
   const EdgeList edges = scene.Edges();
   const auto row_of = [&](const Edge& edge, size_t k) { return scene.RowOf(*edge.Vertices()[k]); };
   const Loop loop{edges, static_cast<int>(right.b.size()), row_of};
   Require(
-      "6", {"scene.b_of", {{"what", what}}}, right.b, term->b(), names,
+      "6", {"scene.b_of", {{"what", what}}}, right.b, got["b"], names,
       [&] { return MistakesInB("6c", loop, 1.0, "6.sign_of_b"); }, 1e-10, "6c", "b_");
   Require(
-      "6", {"6.A_of", {{"what", what}}}, right.H, term->A(), names,
+      "6", {"6.A_of", {{"what", what}}}, right.H, got["A"], names,
       [&] {
         std::vector<Mistake> mistakes = MistakesInH(loop, "6c", "6c", "6c");
-        mistakes.push_back(FoundPlaces(loop, term->A(), "block", "6c", "6c"));
+        mistakes.push_back(FoundPlaces(loop, got["A"], "block", "6c", "6c"));
         return mistakes;
       },
       1e-10, "6c", "A_");

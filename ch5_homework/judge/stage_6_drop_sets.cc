@@ -43,9 +43,9 @@ Text CauseOfEdges(const DropSet& drop, const DropSet& right) {
 }
 
 TEST(Stage6, MarginOldTakesTheOldestFrameAndWhatItHosts) {
-  const WindowScene scene("full window");
+  WindowScene scene("full window");
   const Window& window = scene.window;
-  const DropSet drop = Chosen().vins_window.margin_old(window), right = RightMarginOld(window);
+  const DropSet drop = AskForDropSet(&scene, MarginalizationFlag::kOld), right = RightMarginOld(window);
   if (Same(drop, right)) return;
   Text cause = CauseOfVertices(window, drop);
   if (cause.empty()) cause = CauseOfEdges(drop, right);
@@ -53,9 +53,9 @@ TEST(Stage6, MarginOldTakesTheOldestFrameAndWhatItHosts) {
 }
 
 TEST(Stage6, MarginOldWithoutAPrior) {
-  const WindowScene scene("full window without prior");
+  WindowScene scene("full window without prior");
   const Window& window = scene.window;
-  const DropSet drop = Chosen().vins_window.margin_old(window), right = RightMarginOld(window);
+  const DropSet drop = AskForDropSet(&scene, MarginalizationFlag::kOld), right = RightMarginOld(window);
   if (Same(drop, right)) return;
   Fail({"6", "6.margin_old_without_prior", Inventory(right), Inventory(drop), "6.without_prior_one_edge_less", "6g"});
 }
@@ -78,10 +78,10 @@ Text CauseOfSecondNew(const Window& window, const DropSet& drop) {
 
 TEST(Stage6, MarginSecondNewTakesOnePoseFromThePrior) {
   for (const char* name : {"full window", "long window"}) {
-    const WindowScene scene(name);
+    WindowScene scene(name);
     const Window& window = scene.window;
     const DropSet right{{window.prior}, {window.frames[window.frames.size() - 2].pose}};
-    const DropSet drop = Chosen().vins_window.margin_second_new(window);
+    const DropSet drop = AskForDropSet(&scene, MarginalizationFlag::kSecondNew);
     if (Same(drop, right)) continue;
     Fail({"6", "6.margin_second_new", Inventory(right), Inventory(drop), CauseOfSecondNew(window, drop), "6h"});
   }
@@ -89,16 +89,15 @@ TEST(Stage6, MarginSecondNewTakesOnePoseFromThePrior) {
 
 // Who never marginalizes passes nothing: first a window in which there is something to do.
 TEST(Stage6, MarginSecondNewRestsWithoutAPriorOnThatPose) {
-  const WindowScene full("full window");
-  const DropSet something = Chosen().vins_window.margin_second_new(full.window);
+  WindowScene full("full window");
+  const DropSet something = AskForDropSet(&full, MarginalizationFlag::kSecondNew);
   if (something.edges.empty()) {
     Fail({"6", "6.margin_second_new", Inventory({{full.window.prior}, {full.window.frames[9].pose}}),
           Inventory(something), "6.prior_holds_pose", "6h"});
   }
   for (const bool with_prior : {true, false}) {
-    const WindowScene scene(with_prior ? "full window, other prior" : "full window without prior");
-    const Window& window = scene.window;
-    const DropSet drop = Chosen().vins_window.margin_second_new(window);
+    WindowScene scene(with_prior ? "full window, other prior" : "full window without prior");
+    const DropSet drop = AskForDropSet(&scene, MarginalizationFlag::kSecondNew);
     if (drop.edges.empty()) continue;
     Fail({"6", with_prior ? "6.margin_second_new_prior_elsewhere" : "6.margin_second_new_without_prior",
           "6.nothing_marginalize", Inventory(drop),

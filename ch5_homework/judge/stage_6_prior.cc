@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include "ch5_homework/judge/mistakes/stage_6.h"
-#include "ch5_homework/judge/submission.h"
 
 namespace ch5::homework {
 namespace {
@@ -14,22 +13,17 @@ using namespace stage_6;
 // ---- 6d SchurComplement -------------------------------------------------------------------------------------------
 
 void CheckSchur(const SchurCase& c, const Text& where) {
-  const auto term = Chosen().make_marginalization_info();
-  const auto [A, J, b, r0, m, n, keep] = MembersOf(*term);
-  A = c.A;
-  b = c.b;
-  m = c.m;
-  n = c.n();
-  const MarginalizationInfo::KeptSystem got = term->SchurComplement();
-  if (!got.A.allFinite() && !HoldsUnset(got.A)) {
+  const Answer kept = Ask("MarginalizationInfo::SchurComplement", {{"A", c.A}, {"b", c.b}, {"m", c.m}});
+  const MatXX &A = kept["A"], &b = kept["b"];
+  if (!A.allFinite() && !HoldsUnset(A)) {
     Fail({"6", Text("6.quantity_of", {{"quantity", Word("A_r")}, {"what", where}}), "matrix.finite_numbers",
           "6.infinite_ones", "6.cut_missing", "6d"});
   }
   Require(
-      "6", Text("6.quantity_of", {{"quantity", Word("A_r")}, {"what", where}}), c.Schur(c.mm_pinv), got.A, {},
+      "6", Text("6.quantity_of", {{"quantity", Word("A_r")}, {"what", where}}), c.Schur(c.mm_pinv), A, {},
       [&] { return c.InA(); }, 1e-8, "6d", "kept.A");
   Require(
-      "6", Text("6.quantity_of", {{"quantity", Word("b_r")}, {"what", where}}), c.Reduced(c.mm_pinv), got.b, {},
+      "6", Text("6.quantity_of", {{"quantity", Word("b_r")}, {"what", where}}), c.Reduced(c.mm_pinv), b, {},
       [&] { return c.InB(); }, 1e-8, "6d", "kept.b");
 }
 
@@ -113,10 +107,9 @@ void CheckR0(const FactorCase& c, const MatXX& J, const VecX& r0, const Text& wh
 }
 
 void CheckFactor(const FactorCase& c, const Text& what) {
-  const auto term = Chosen().make_marginalization_info();
-  const auto [A, J, b, r0, m, n, keep] = MembersOf(*term);
-  n = static_cast<int>(c.A.rows());
-  term->Factor({c.A, c.b});
+  const Answer factored = Ask("Factor", {{"A", c.A}, {"b", c.b}});
+  const MatXX& J = factored["J"];
+  const VecX r0 = factored.Vector("r0");
   CheckJ(c, J, r0, what);
   CheckR0(c, J, r0, what);
 }
@@ -142,32 +135,35 @@ TEST(Stage6, FactorsASystemWithFreeDirections) {  // position and yaw: four eige
 // ---- 6f GetParameterBlocks ----------------------------------------------------------------------------------------
 
 TEST(Stage6, PriorStandsOnTheShiftedBlocks) {
-  const FactorScene scene;
-  const auto term = scene.Fill();
-  term->PreMarginalize();
-  std::map<int, VecX> x0;
-  for (const auto& vertex : scene.free) x0[vertex->Id()] = vertex->Parameters();
+  FactorScene scene;
   const auto kept = scene.Kept();
   const auto taker = scene.Dropped().front();  // the window slides: the pose in front takes over
-  const std::map<int, std::shared_ptr<Vertex>> shift{{kept[0]->Id(), taker}};
-  for (const auto& vertex : scene.free) vertex->Plus(VecX::Constant(9, 0.1).eval().data());  // later
-  const Prior prior = term->GetParameterBlocks(shift);
+  const VecX later = VecX::Constant(9, 0.1);
+  const Answer prior = Ask("GetParameterBlocks", scene,
+                           {{"from", scene.PlaceOf(kept[0])}, {"to", scene.PlaceOf(taker)}, {"later", later}});
+  VertexList got;
+  for (const double place : prior.Vector("vertices")) got.push_back(place == -2.0 ? nullptr : scene.At(place));
+  std::map<int, VecX> x0;
+  for (const auto& vertex : scene.free) x0[vertex->Id()] = vertex->Parameters();
+  for (const auto& vertex : scene.free) vertex->Plus(later.data());
   auto right = kept;
   right[0] = taker;
-  if (prior.vertices != right) {
+  if (got != right) {
     Fail({"6", Text("6.priors_vertices", {{"taker", Word(taker->Name())}, {"vertex", Word(kept[0]->Name())}}),
           Text("6.vertices_one_first", {{"n", Word(right.size())}}),
-          prior.vertices == kept ? "6.vertices_before_shift" : Text("6.others", {{"n", Word(prior.vertices.size())}}),
-          prior.vertices == kept ? "6.shift_forgotten" : "6.unshifted_stays", "6f"});
+          got == kept ? "6.vertices_before_shift" : Text("6.others", {{"n", Word(got.size())}}),
+          got == kept ? "6.shift_forgotten" : "6.unshifted_stays", "6f"});
   }
   for (size_t k = 0; k < kept.size(); ++k) {
-    if (k < prior.x0.size() && Equal(prior.x0[k], x0[kept[k]->Id()], 1e-12)) continue;
-    const bool now = k < prior.x0.size() && (Equal(prior.x0[k], kept[k]->Parameters(), 1e-12) ||
-                                             Equal(prior.x0[k], right[k]->Parameters(), 1e-12));
+    const std::string name = "x0 " + std::to_string(k);
+    const bool is_there = prior.Has(name);
+    const VecX point = is_there ? prior.Vector(name) : VecX();
+    if (Equal(point, x0[kept[k]->Id()], 1e-12)) continue;
+    const bool now = Equal(point, kept[k]->Parameters(), 1e-12) || Equal(point, right[k]->Parameters(), 1e-12);
     Fail({"6", Text("6.linearization_point", {{"vertex", Word(kept[k]->Name())}}), "6.parameters_premarginalize",
-          k >= prior.x0.size() ? "6.nothing"
-          : now                ? "6.parameters_now"
-                               : "6.other_numbers",
+          !is_there ? "6.nothing"
+          : now     ? "6.parameters_now"
+                    : "6.other_numbers",
           "6.linearized_at_x0", "6f"});
   }
 }
@@ -176,16 +172,14 @@ TEST(Stage6, PriorStandsOnTheShiftedBlocks) {
 
 TEST(Stage6, EqualsADenseSchurComplement) {
   FactorScene scene;
-  const auto term = scene.Fill();
-  term->PreMarginalize();
-  term->Marginalize();
-  const Prior prior = term->GetParameterBlocks({});
+  const Answer prior = Ask("Marginalize", scene);
+  const MatXX& J = prior["J"];
+  const VecX r0 = prior.Vector("r0");
+  if (r0.size() != J.rows()) throw WireError("J and r0 do not fit together");
   const System right = scene.Right();
   const SchurCase c(right.H, right.b, scene.DimDropped());
-  Require("6", {"6.of_prior", {{"quantity", Word("JᵀJ")}}}, c.Schur(c.mm_pinv), prior.J.transpose() * prior.J, {}, {},
-          1e-8);
-  Require("6", {"6.of_prior", {{"quantity", Word("Jᵀr₀")}}}, c.Reduced(c.mm_pinv), prior.J.transpose() * prior.r0, {},
-          {}, 1e-8);
+  Require("6", {"6.of_prior", {{"quantity", Word("JᵀJ")}}}, c.Schur(c.mm_pinv), J.transpose() * J, {}, {}, 1e-8);
+  Require("6", {"6.of_prior", {{"quantity", Word("Jᵀr₀")}}}, c.Reduced(c.mm_pinv), J.transpose() * r0, {}, {}, 1e-8);
 }
 
 }  // namespace

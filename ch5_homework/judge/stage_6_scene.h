@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
+#include "ch5_homework/judge/ask.h"
 #include "ch5_homework/judge/diagnosis.h"
 #include "ch5_homework/judge/oracle.h"
 #include "ch5_homework/judge/scenes/factors.h"
-#include "ch5_homework/judge/submission.h"
 
 namespace ch5::homework {
 
@@ -16,12 +16,16 @@ class FactorScene : public FactorGraph {
  public:
   using FactorGraph::FactorGraph;
 
-  std::unique_ptr<MarginalizationInfo> Fill() const {
-    auto term = Chosen().make_marginalization_info();
-    for (const auto& factor : factors) term->AddResidualBlockInfo(factor);
-    return term;
+  /// The vertex at this place of the scene.  @throws WireError if there is none
+  std::shared_ptr<Vertex> At(double place) {
+    const VertexList vertices = Vertices();
+    if (!(place >= 0.0 && place < static_cast<double>(vertices.size()))) throw WireError("a place outside of the scene");
+    return vertices[static_cast<size_t>(place)];
   }
-  bool IsFresh(const Edge& edge) const { return dynamic_cast<const AgedEdge&>(edge).IsFresh(); }
+  int PlaceOf(const std::shared_ptr<Vertex>& vertex) {
+    const VertexList vertices = Vertices();
+    return static_cast<int>(std::find(vertices.begin(), vertices.end(), vertex) - vertices.begin());
+  }
 
   std::vector<std::shared_ptr<Vertex>> Dropped() const { return Select(true); }
   std::vector<std::shared_ptr<Vertex>> Kept() const { return Select(false); }

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "ch5_backend/marginalize/marginalize.h"
 #include "ch5_backend/window/landmarks.h"
 #include "ch5_homework/judge/diagnosis.h"
@@ -10,35 +12,77 @@
 namespace ch5::homework {
 namespace {
 
+struct ImuInterval {
+  double seconds = 0.0;
+  Vec3 alpha = Vec3::Zero();
+  bool Is(const ImuInterval& other) const {
+    return std::abs(seconds - other.seconds) < 1e-9 && (alpha - other.alpha).norm() < 1e-9;
+  }
+};
+ImuInterval IntervalOf(const std::shared_ptr<Preintegration>& imu) {
+  return imu ? ImuInterval{imu->SumDt(), imu->Alpha()} : ImuInterval{};
+}
+ImuInterval Merged(Preintegration first, const Preintegration& second) {
+  first.Append(second);
+  return {first.SumDt(), first.Alpha()};
+}
+
+// A window that the submission has slid.
+struct Slid {
+  std::vector<int> frames;                 // ids
+  std::vector<bool> has_imu;               // of each frame
+  std::vector<ImuInterval> imu;            // likewise
+  std::map<int, std::vector<int>> seen;    // by track, the frames
+  std::map<int, double> inverse_depths;    // likewise, of those that have one
+
+  explicit Slid(const Answer& answer, const std::string& of = "") {
+    const MatXX all = answer.Sized(of + "frames", 6, answer[of + "frames"].cols());
+    for (Eigen::Index k = 0; k < all.cols(); ++k) {
+      frames.push_back(Whole(all(0, k)));
+      has_imu.push_back(all(1, k) != 0.0);
+      imu.push_back({all(2, k), all.col(k).tail<3>()});
+    }
+    const MatXX pairs = answer.Sized(of + "seen", 2, answer[of + "seen"].cols()),
+                depths = answer.Sized(of + "depths", 2, answer[of + "depths"].cols());
+    for (Eigen::Index k = 0; k < pairs.cols(); ++k) seen[Whole(pairs(0, k))].push_back(Whole(pairs(1, k)));
+    for (Eigen::Index k = 0; k < depths.cols(); ++k) inverse_depths[Whole(depths(0, k))] = depths(1, k);
+  }
+};
+
 // ---- 6i SlideWindow --------------------------------------------------------------------------------------------------
 
-// The positions before the slide, of all frames but one.
-std::string Positions(const Window& window, size_t but) {
+std::vector<int> IdsOf(const Window& window) {
+  std::vector<int> ids;
+  for (const Frame& frame : window.frames) ids.push_back(frame.id);
+  return ids;
+}
+// Of all frames but one, their positions before the slide.
+std::string Positions(const std::vector<int>& ids, size_t but) {
   std::string text;
-  for (size_t k = 0; k < window.frames.size(); ++k) {
-    if (k != but) text += (text.empty() ? "" : " ") + std::to_string(window.frames[k].id - kFirstId);
+  for (size_t k = 0; k < ids.size(); ++k) {
+    if (k != but) text += (text.empty() ? "" : " ") + std::to_string(ids[k] - kFirstId);
   }
   return text;
 }
-std::string Positions(const Window& window) { return Positions(window, window.frames.size()); }
 
 // "the frames after SlideWindow, flag kOld"
 Text AfterSlide(const Text& what, const char* flag) {
   return {"6.after_slide", {{"what", what}, {"flag", Word(flag)}}};
 }
 
-void CheckFrames(const Window& before, const Window& after, size_t gone, const char* flag) {
-  const std::string right = Positions(before, gone), got = Positions(after);
+void CheckFrames(const Window& window, const Slid& after, size_t gone, const char* flag) {
+  const std::vector<int> before = IdsOf(window);
+  const std::string right = Positions(before, gone), got = Positions(after.frames, after.frames.size());
   if (got == right) return;
   Text cause = "6.another_frame_left";
-  if (after.frames.size() == before.frames.size()) cause = "6.no_frame_left";
-  if (after.frames.size() + 1 < before.frames.size()) cause = "6.more_one_frame_left";
-  if (got == Positions(before, before.frames.size() - 1)) {
+  if (after.frames.size() == before.size()) cause = "6.no_frame_left";
+  if (after.frames.size() + 1 < before.size()) cause = "6.more_one_frame_left";
+  if (got == Positions(before, before.size() - 1)) {
     cause = "6.newest_frame_left";
   }
   if (got == Positions(before, 0)) cause = "6.oldest_frame_left";
-  if (got == Positions(before, before.frames.size() - 2)) cause = "6.second_newest_left";
-  if (got == Positions(before, before.frames.size() - 3)) cause = "6.third_newest_left";
+  if (got == Positions(before, before.size() - 2)) cause = "6.second_newest_left";
+  if (got == Positions(before, before.size() - 3)) cause = "6.third_newest_left";
   if (got == Positions(before, 1)) cause = "6.second_oldest_left";
   Fail({"6", AfterSlide("6.the_frames", flag), Word(right), Word(got), cause, "6i"});
 }
@@ -66,7 +110,7 @@ std::pair<const char*, const char*> CauseOfDepth(const Transform& T_W_C, const V
 }
 
 // Every landmark, by whom it is seen, and its depth.
-void CheckLandmarks(const Window& before, const Window& after, size_t gone, const char* flag) {
+void CheckLandmarks(const Window& before, const Slid& after, size_t gone, const char* flag) {
   const int left = before.frames[gone].id;
   for (const auto& [track, landmark] : before.landmarks) {
     const Text name("scene.landmark", {{"n", Word(track)}});
@@ -76,9 +120,9 @@ void CheckLandmarks(const Window& before, const Window& after, size_t gone, cons
     }
     const bool hosted = landmark.Host() == left;
     if (right.empty() || (hosted && landmark.inverse_depth && right.size() == 1)) right.clear();
-    const auto found = after.landmarks.find(track);
-    if (found != after.landmarks.end()) {
-      for (const auto& seen : found->second.seen) got.push_back(seen.frame - kFirstId);
+    const auto found = after.seen.find(track);
+    if (found != after.seen.end()) {
+      for (const int frame : found->second) got.push_back(frame - kFirstId);
     }
     if (got != right) {
       const auto text = [](const std::vector<int>& frames) {
@@ -93,10 +137,11 @@ void CheckLandmarks(const Window& before, const Window& after, size_t gone, cons
             "6i"});
     }
     if (got.empty() || !landmark.inverse_depth) continue;
-    const Transform T_W_C = CameraOf(before, found->second.Host());
+    const Transform T_W_C = CameraOf(before, found->second.front());
     const Vec3 p_W = LandmarkInWorld(before, landmark);
     const double z = (T_W_C.q.conjugate() * (p_W - T_W_C.p)).z(), depth = z > 0.0 ? z : kInitialDepth;
-    const double got_depth = 1.0 / found->second.inverse_depth->InverseDepth();
+    const auto inverse_depth = after.inverse_depths.find(track);
+    const double got_depth = 1.0 / (inverse_depth == after.inverse_depths.end() ? 0.0 : inverse_depth->second);
     if (std::abs(got_depth - depth) < 1e-9 * depth) continue;
     const auto [cause, todo] = CauseOfDepth(T_W_C, p_W, 1.0 / landmark.inverse_depth->InverseDepth(), depth, got_depth);
     Fail({"6", AfterSlide({"6.depth", {{"landmark", name}}}, flag), Word(Number(depth) + " m"),
@@ -104,33 +149,18 @@ void CheckLandmarks(const Window& before, const Window& after, size_t gone, cons
   }
 }
 
-struct ImuInterval {
-  double seconds = 0.0;
-  Vec3 alpha = Vec3::Zero();
-  bool Is(const ImuInterval& other) const {
-    return std::abs(seconds - other.seconds) < 1e-9 && (alpha - other.alpha).norm() < 1e-9;
-  }
-};
-ImuInterval IntervalOf(const std::shared_ptr<Preintegration>& imu) {
-  return imu ? ImuInterval{imu->SumDt(), imu->Alpha()} : ImuInterval{};
-}
-ImuInterval Merged(Preintegration first, const Preintegration& second) {
-  first.Append(second);
-  return {first.SumDt(), first.Alpha()};
-}
-
-void CheckImu(const Window& before, const Window& after, size_t gone, const char* flag) {
+void CheckImu(const Window& before, const Slid& after, size_t gone, const char* flag) {
   const auto own = [&](size_t k) { return before.frames[k].imu; };
   for (size_t k = 0; k < after.frames.size(); ++k) {
     const size_t old = k < gone ? k : k + 1;
     ImuInterval right = IntervalOf(own(old));
     if (k == 0) right = {};
     if (gone > 0 && old == gone + 1) right = Merged(*own(gone), *own(old));
-    const ImuInterval got = IntervalOf(after.frames[k].imu);
+    const ImuInterval& got = after.imu[k];
     if (got.Is(right)) continue;
     Text cause = "6.other_IMU_changed";
     if (k == 0) {
-      cause = after.frames[1].imu ? "6.first_frame_none_before" : "6.iterator_after_erase";
+      cause = after.has_imu[1] ? "6.first_frame_none_before" : "6.iterator_after_erase";
     } else if (gone > 0 && old == gone + 1) {
       cause = "6.IMU_not_merged";
       if (got.Is({})) cause = "6.IMU_between_two_frames_gone";
@@ -146,23 +176,26 @@ void CheckImu(const Window& before, const Window& after, size_t gone, const char
   }
 }
 
-void CheckSlide(MarginalizationFlag flag, const char* name, const char* scene = "full window") {
-  WindowScene first(scene), second(scene);  // alike, but nothing is shared
-  const Window& before = first.window;
-  Window& after = second.window;
-  const size_t gone = flag == MarginalizationFlag::kOld ? 0 : before.frames.size() - 2;
-  Chosen().vins_window.slide(flag, &after);
+void CheckSlid(const Window& before, const Slid& after, MarginalizationFlag flag) {
+  const bool old = flag == MarginalizationFlag::kOld;
+  const char* const name = old ? "kOld" : "kSecondNew";
+  const size_t gone = old ? 0 : before.frames.size() - 2;
   CheckFrames(before, after, gone, name);
   CheckLandmarks(before, after, gone, name);
   CheckImu(before, after, gone, name);
 }
 
+void CheckSlide(MarginalizationFlag flag, const char* name) {
+  WindowScene scene(name);
+  CheckSlid(scene.window, Slid(Ask("SlideWindow", scene, {{"flag", flag}})), flag);
+}
+
 TEST(Stage6, SlidesTheOldestFrameOut) {
-  for (const char* scene : {"full window", "landmark behind"}) CheckSlide(MarginalizationFlag::kOld, "kOld", scene);
+  for (const char* scene : {"full window", "landmark behind"}) CheckSlide(MarginalizationFlag::kOld, scene);
 }
 TEST(Stage6, SlidesTheSecondNewestFrameOut) {
   for (const char* scene : {"full window", "long window"})
-    CheckSlide(MarginalizationFlag::kSecondNew, "kSecondNew", scene);
+    CheckSlide(MarginalizationFlag::kSecondNew, scene);
 }
 
 // ---- 6j DetectFailure ------------------------------------------------------------------------------------------------
@@ -232,7 +265,7 @@ TEST(Stage6, FailuresAtTheirThresholds) {
       newest.pose->SetPose(ExpSO3(Vec3(1.2, 0.3, 0.9)), p);  // a fast turn is no failure, and up is not the body's z
       const Vec3 last_p = p - c.step;
       (window.frames.end() - 2)->pose->SetPose(Qd::Identity(), last_p + 0.05 * c.step);  // neither end of the step
-      const Failure got = Chosen().vins_window.detect_failure(window, last_p);
+      const auto got = static_cast<Failure>(Ask("DetectFailure", scene, {{"last_p", last_p}}).Int("failure"));
       if (got == c.right) continue;
       const bool not_the_height =
           got == Failure::kHeightJump && c.right != Failure::kPositionJump && std::abs(c.step.z()) < 0.95;
@@ -252,54 +285,63 @@ TEST(Stage6, FailuresAtTheirThresholds) {
 
 // ---- all of it -------------------------------------------------------------------------------------------------------
 
-std::shared_ptr<EdgePrior> MarginalizeByTheHomework(const DropSet& drop) {
-  const auto term = Chosen().make_marginalization_info();
-  for (const auto& edge : drop.edges) {
-    ResidualBlockInfo info{edge, {}};
-    for (size_t i = 0; i < edge->Vertices().size(); ++i) {
-      if (Holds(drop.vertices, edge->Vertices()[i])) info.drop_set.push_back(static_cast<int>(i));
-    }
-    term->AddResidualBlockInfo(info);
-  }
-  term->PreMarginalize();
-  term->Marginalize();
-  return std::make_shared<EdgePrior>(term->GetParameterBlocks({}));
+DropSet RightDropSet(MarginalizationFlag flag, const Window& window) {
+  if (flag == MarginalizationFlag::kOld) return RightMarginOld(window);
+  const auto& pose = window.frames[window.frames.size() - 2].pose;
+  return Holds(window.prior->Vertices(), pose) ? DropSet{{window.prior}, {pose}} : DropSet{};
 }
 
+void SlideRightly(MarginalizationFlag flag, Window* window) {
+  const auto leaving = flag == MarginalizationFlag::kOld ? window->frames.begin() : window->frames.end() - 2;
+  const auto next = leaving + 1;
+  ForgetObservations(leaving->id, &DepthInCamera, window);
+  if (flag == MarginalizationFlag::kSecondNew) leaving->imu->Append(*next->imu);
+  next->imu = flag == MarginalizationFlag::kOld ? nullptr : leaving->imu;
+  window->frames.erase(leaving);
+}
+
+// The prior on the vertices that the submission's is on; what it says is compared.
+void CheckPrior(const Answer& answer, const std::string& of, const MarginalSystem& right, WindowScene* scene) {
+  if (At<Vertex>(answer.Vector(of + "prior"), scene->Vertices(), nullptr) != right.kept) {
+    Fail({"6", "6.prior_on_other_vertices"});
+  }
+  const MatXX& J = answer[of + "J"];
+  const VecX r0 = answer.Vector(of + "r0");
+  if (r0.size() != J.rows()) throw WireError("J and r0 do not fit together");
+  Require("6", {"6.of_sliding_prior", {{"quantity", Word("JᵀJ")}}}, right.H, J.transpose() * J, {}, {}, 1e-5);
+  Require("6", {"6.of_sliding_prior", {{"quantity", Word("−Jᵀr₀")}}}, right.b, -J.transpose() * r0, {}, {}, 1e-5);
+}
+
+// Two windows slide side by side, the submission's and one that is right, and are compared after each step.
 TEST(Stage6, TheWindowSlidesAgainAndAgain) {
   WindowScene scene("sliding window");
   Window& window = scene.window;
   using Flag = MarginalizationFlag;
-  for (const Flag flag : {Flag::kOld, Flag::kOld, Flag::kSecondNew, Flag::kOld, Flag::kSecondNew, Flag::kOld}) {
+  const std::vector<Flag> flags{Flag::kOld, Flag::kOld, Flag::kSecondNew, Flag::kOld, Flag::kSecondNew, Flag::kOld};
+  VecX numbers(flags.size());
+  std::transform(flags.begin(), flags.end(), numbers.data(), [](Flag flag) { return static_cast<double>(flag); });
+  const Answer answer = Ask("the window's slides", scene, {{"flags", numbers}});
+  for (size_t k = 0; k < flags.size(); ++k) {
+    const std::string of = std::to_string(k) + " ";
     scene.Step();
-    DropSet right = RightMarginOld(window);
-    if (flag == Flag::kSecondNew) {
-      const auto& pose = window.frames[4].pose;
-      right = Holds(window.prior->Vertices(), pose) ? DropSet{{window.prior}, {pose}} : DropSet{};
-    }
-    const auto& functions = Chosen().vins_window;
-    const DropSet drop = flag == Flag::kOld ? functions.margin_old(window) : functions.margin_second_new(window);
+    const DropSet right = RightDropSet(flags[k], window), drop = DropSetIn(answer, &scene, of);
     if (!Same(drop, right)) {
       Fail({"6", {"6.drop_set_window_slid", {{"set", Inventory(drop)}}}});
     }
     if (!drop.edges.empty()) {
-      const MarginalSystem system = EliminateVertices(right.edges, right.vertices);
-      window.prior = MarginalizeByTheHomework(drop);
-      const Prior& prior = window.prior->GetPrior();
-      if (prior.vertices != system.kept) Fail({"6", "6.prior_on_other_vertices"});
-      Require("6", {"6.of_sliding_prior", {{"quantity", Word("JᵀJ")}}}, system.H, prior.J.transpose() * prior.J, {}, {},
-              1e-5);
-      Require("6", {"6.of_sliding_prior", {{"quantity", Word("−Jᵀr₀")}}}, system.b, -prior.J.transpose() * prior.r0, {},
-              {}, 1e-5);
+      CheckPrior(answer, of, EliminateVertices(right.edges, right.vertices), &scene);
+      window.prior = std::make_shared<EdgePrior>(Marginalize(right.edges, right.vertices));
     }
-    functions.slide(flag, &window);
-    if (window.frames.size() != 5u) Fail({"6", "6.window_not_keep_size"});
-    for (const auto& [id, landmark] : window.landmarks) {
-      for (const auto& seen : landmark.seen) {
-        if (window.IndexOf(seen.frame) >= 0) continue;
+    const Slid slid(answer, of);
+    if (slid.frames.size() != 5u) Fail({"6", "6.window_not_keep_size"});
+    for (const auto& [id, frames] : slid.seen) {
+      for (const int frame : frames) {
+        if (std::count(slid.frames.begin(), slid.frames.end(), frame) > 0) continue;
         Fail({"6", {"6.gone_frame_sees_landmark", {{"n", Word(id)}}}});
       }
     }
+    CheckSlid(window, slid, flags[k]);
+    SlideRightly(flags[k], &window);
   }
 }
 

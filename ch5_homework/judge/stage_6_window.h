@@ -6,14 +6,46 @@
 #include <string>
 #include <vector>
 
+#include "ch5_backend/window/vins_window.h"
+#include "ch5_homework/judge/ask.h"
 #include "ch5_homework/judge/diagnosis.h"
 #include "ch5_homework/judge/scenes/windows.h"
-#include "ch5_homework/judge/submission.h"
 
 namespace ch5::homework {
 
 inline bool Holds(const std::vector<std::shared_ptr<Vertex>>& vertices, const std::shared_ptr<Vertex>& vertex) {
   return std::find(vertices.begin(), vertices.end(), vertex) != vertices.end();
+}
+
+/// What a student's function has named and the scene does not have.
+class ForeignEdge : public Edge {
+ public:
+  ForeignEdge() : Edge(0, {}, nullptr, nullptr) {}
+  void ComputeResidual() override {}
+  void ComputeJacobians() override {}
+  std::string TypeInfo() const override { return "Edge"; }
+};
+
+/// The items at these places: null for −1, `foreign` where the list has none.
+template <typename T>
+std::vector<std::shared_ptr<T>> At(const VecX& places, const std::vector<std::shared_ptr<T>>& list,
+                                   const std::shared_ptr<T>& foreign) {
+  std::vector<std::shared_ptr<T>> items;
+  for (const double place : places) {
+    const bool known = place >= 0.0 && place < static_cast<double>(list.size());
+    items.push_back(known ? list[static_cast<size_t>(place)] : place == -1.0 ? nullptr : foreign);
+  }
+  return items;
+}
+
+/// A drop set of the submission's; the names of its places begin with `of`.
+inline DropSet DropSetIn(const Answer& answer, WindowScene* scene, const std::string& of = "") {
+  const std::shared_ptr<Vertex> vertex = std::make_shared<VertexScalar>(VertexScalar::Estimate(0.0));
+  return {At<Edge>(answer.Vector(of + "edges"), scene->Edges(), std::make_shared<ForeignEdge>()),
+          At<Vertex>(answer.Vector(of + "vertices"), scene->Vertices(), vertex)};
+}
+inline DropSet AskForDropSet(WindowScene* scene, MarginalizationFlag flag) {
+  return DropSetIn(Ask("DropSet", *scene, {{"flag", flag}}), scene);
 }
 
 /// How many edges of each type, and how many vertices of each.

@@ -11,10 +11,12 @@
 #include <vector>
 
 #include "ch5_backend/math/psd.h"
+#include "ch5_backend/open_tasks/open_tasks.h"
+#include "ch5_homework/judge/ask.h"
 #include "ch5_homework/judge/diagnosis.h"
 #include "ch5_homework/judge/mistakes/formula.h"
 #include "ch5_homework/judge/oracle.h"
-#include "ch5_homework/judge/submission.h"
+#include "ch5_homework/judge/scenes/scene.h"
 
 namespace ch5::homework {
 namespace {
@@ -40,7 +42,12 @@ struct Trial {
 };
 
 DampingUpdate Update(const Trial& t) {
-  return Chosen().open_tasks.update_damping(t.cost, t.trial_cost, t.predicted, t.lambda, t.nu);
+  const Answer next = Ask("UpdateDamping", {{"cost", t.cost},
+                                            {"trial_cost", t.trial_cost},
+                                            {"predicted", t.predicted},
+                                            {"lambda", t.lambda},
+                                            {"nu", t.nu}});
+  return {next.Number("accepted") != 0.0, next.Number("lambda"), next.Number("nu")};
 }
 
 void CheckDecision(const Trial& t, bool accepted, const Text& what) {
@@ -219,8 +226,13 @@ std::vector<Mistake> MistakesOverPoint(const View& view) {
   return mistakes;
 }
 
+ProjectionJacobians Linearize(const View& view) {
+  const Answer J = Ask("LinearizeProjection", {{"T_W_B", view.T_W_B}, {"T_B_C", view.T_B_C}, {"p_W", view.p_W}});
+  return {J.Sized("pose", 2, 6), J.Sized("point", 2, 3)};
+}
+
 void CheckView(const View& view, const Text& what) {
-  const ProjectionJacobians J = Chosen().open_tasks.linearize_projection(view.T_W_B, view.T_B_C, view.p_W);
+  const ProjectionJacobians J = Linearize(view);
   const Mat33 R = view.T_W_B.q.toRotationMatrix(), C = view.T_B_C.q.toRotationMatrix();
   const Vec3 p_C = view.InCamera(), p_B = view.InBody();
   const MatXX pose = view.OverPose(), point = view.OverPoint();
@@ -252,8 +264,9 @@ void CheckView(const View& view, const Text& what) {
 // At the origin, looking along z: ∂r/∂p = [¼ 0 −1/16; 0 ¼ −⅛] at (1, 2, 4).
 TEST(Stage8, TheProjectionOnPaper) {
   const Mat23 right = (Mat23() << 0.25, 0, -0.0625, 0, 0.25, -0.125).finished();
-  Require("8", "8.projection_on_paper", right, Chosen().open_tasks.linearize_projection({}, {}, Vec3(1, 2, 4)).point,
-          Words({"r.x", "r.y"}), MistakesOverPoint({{}, {}, Vec3(1, 2, 4)}), 1e-10, "8b", "J.point", Axes("δp_W"));
+  const View view{{}, {}, Vec3(1, 2, 4)};
+  Require("8", "8.projection_on_paper", right, Linearize(view).point, Words({"r.x", "r.y"}), MistakesOverPoint(view),
+          1e-10, "8b", "J.point", Axes("δp_W"));
 }
 
 TEST(Stage8, TheProjectionIsDifferentiated) {
@@ -275,7 +288,18 @@ struct Step {
   Vec3 a, w;
   double dt, sigma_a, sigma_g;
 
-  ImuIncrement Got() const { return Chosen().open_tasks.integrate_imu(before, a, w, dt, sigma_a, sigma_g); }
+  ImuIncrement Got() const {
+    const Answer after = Ask("IntegrateImu", {{"pose", Transform{before.q, before.p}},
+                                              {"v", before.v},
+                                              {"covariance", before.covariance},
+                                              {"a", a},
+                                              {"w", w},
+                                              {"dt", dt},
+                                              {"sigma_a", sigma_a},
+                                              {"sigma_g", sigma_g}});
+    const Transform pose = after.Pose("pose");
+    return {pose.p, pose.q, after.Sized("v", 3, 1), after.Sized("covariance", 9, 9)};
+  }
   ImuIncrement After(const Vec3& da = Vec3::Zero(), const Vec3& dw = Vec3::Zero()) const {
     const Vec3 in_first = before.q * (a + da);
     ImuIncrement after;
@@ -518,7 +542,9 @@ TEST(Stage8, AnImuStepMovesTheCovariance) {
 // ---- 8d, a beacon ---------------------------------------------------------------------------------------------------
 
 void CheckRange(const Transform& T, const Vec3& antenna, const Vec3& beacon, double range, const Text& what) {
-  const RangeTerm got = Chosen().open_tasks.linearize_range(T, antenna, beacon, range);
+  const Answer term =
+      Ask("LinearizeRange", {{"T_W_B", T}, {"antenna", antenna}, {"beacon", beacon}, {"range", range}});
+  const RangeTerm got{term.Number("residual"), term.Sized("J", 1, 6)};
   const auto distance = [&](const Transform& at) { return (at.p + at.q * antenna - beacon).norm(); };
   const auto is = [](double r) { return MatXX(MatXX::Constant(1, 1, r)); };
   const double h = distance(T);

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from ch5_backend.course.homework.regions import STAGES
 from tests.grading.hostile import bare_attacks
-from tests.project import BUILD
+from tests.project import BUILD, ROOT
 
 BIN = BUILD / "bin"
 A_FEW = "Stage3.OnePrior*:Stage3.NoneAt*:Stage3.Drift*"  # in the last one weights are large
@@ -92,6 +92,33 @@ ANSWERS = re.compile(r"""ch5::(
     |FactorNormalEquations|EliminateVertices|Marginalize\w*|ReplacePrior
     |homework::(StackedNormalEquations|RandomSystem|Numeric\w+|FreeCovariance|FixedCovariance|Story|Right\w+))\(
     |(Sparse(Solver|Optimizer)|Estimator|OkvisPolicy|VinsPolicy|ImplicitS\w+)::)""", re.VERBOSE)
+
+
+JUDGE = ROOT / "ch5_homework" / "judge"
+# What a worker may be made of beside the library's layers: what asks, and what it asks about.
+OF_A_WORKER = re.compile(r"ch5_homework/judge/(checks|scenes)/\w+\.h|ch5_homework/judge/(values|submission|seed|linked|crash|unset_memory)\.h|"
+                         r"ch5_homework/judge/remote/(wire|travel|functions/\w+)\.h")
+
+
+class TheWall(unittest.TestCase):
+    """Between what asks (checks/, scenes/), which stands beside the student's file, and all that knows what is right."""
+
+    def test_what_asks_includes_nothing_that_knows(self):
+        files = [path for folder in ("checks", "scenes") for path in sorted((JUDGE / folder).iterdir())]
+        self.assertGreater(len(files), 10)
+        for path in files:
+            included = re.findall(r'^#include "(ch5_homework/[^"]+)"', path.read_text(encoding="utf-8"), re.MULTILINE)
+            self.assertEqual([name for name in included if not OF_A_WORKER.fullmatch(name)], [], path.name)
+
+    def test_a_worker_is_made_of_nothing_else(self):
+        others = {"worker", "unset_memory", "wire", "values", "submission", "seed", "check"}
+        scenes = {path.stem for path in (JUDGE / "scenes").glob("*.cc")}
+        for name in names():
+            members = subprocess.run(["ar", "t", BIN.parent / "lib" / f"libworker_{name}.a"], capture_output=True, text=True,
+                                     check=True).stdout.split()
+            stems = {member.partition(".")[0] for member in members}
+            self.assertIn(name, stems)
+            self.assertEqual(stems - others - scenes - {name}, set(), name)
 
 
 class Archives(unittest.TestCase):

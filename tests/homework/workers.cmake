@@ -1,7 +1,7 @@
 # The grader's judge and workers, tested.
 # Workers for tests: of all samples, and of hostile submissions.
 add_executable(worker_samples $<TARGET_OBJECTS:samples> $<TARGET_OBJECTS:worker_main> $<TARGET_OBJECTS:wire>
-  $<TARGET_OBJECTS:window_wire> ${scene_objects} ${worker_objects})
+  ${scene_objects} ${worker_objects})
 target_link_libraries(worker_samples PRIVATE student_flags ch5_backend ch5_warnings -s)
 set_target_properties(worker_samples PROPERTIES LINKER_LANGUAGE CXX RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
 
@@ -23,7 +23,7 @@ ch5_add_python_tests(Homework judge_and_worker_test.py LABELS grading)
 add_library(wire_test OBJECT wire_test.cc)
 target_link_libraries(wire_test PRIVATE ch5_backend ch5_test_settings GTest::gtest)
 target_precompile_headers(wire_test REUSE_FROM ch5_test_pch)
-add_executable(test_wire $<TARGET_OBJECTS:wire_test> $<TARGET_OBJECTS:wire> $<TARGET_OBJECTS:window_wire>
+add_executable(test_wire $<TARGET_OBJECTS:wire_test> $<TARGET_OBJECTS:wire>
   ${scene_objects} $<FILTER:$<TARGET_OBJECTS:stage_tests_common>,EXCLUDE,/main[.]cc>)
 target_link_libraries(test_wire PRIVATE ch5_backend ch5_test_settings GTest::gtest GTest::gtest_main)
 set_target_properties(test_wire PROPERTIES LINKER_LANGUAGE CXX)

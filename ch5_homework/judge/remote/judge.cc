@@ -22,9 +22,13 @@ namespace {
 
 /// A worker lives as long as its test.
 class OneWorkerATest : public testing::EmptyTestEventListener {
-  void OnTestStart(const testing::TestInfo&) override { EndWorker(); }
+  void OnTestStart(const testing::TestInfo&) override {
+    EndWorker();
+    Answer::Unread() = 0;
+  }
   void OnTestEnd(const testing::TestInfo& test) override {
     if (test.result()->Passed() && Answers() == 0) ADD_FAILURE() << "the test has asked the worker nothing";
+    if (test.result()->Passed() && Answer::Unread() > 0) ADD_FAILURE() << "the worker has answered more than was asked";
     std::cout << EndWorker() << std::flush;
   }
 };

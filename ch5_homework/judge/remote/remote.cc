@@ -2,6 +2,8 @@
 
 #include <memory>
 
+#include "ch5_homework/judge/ask.h"
+
 namespace ch5::homework {
 namespace {
 
@@ -47,17 +49,12 @@ std::string EndWorker() {
 
 int Answers() { return TheSession().answers; }
 
-Reader Call(const std::string& function, const Writer& arguments) {
+static Reader ReplyTo(const std::string& function, const Writer& arguments) {
   Session& session = TheSession();
   if (!session.never_started.empty()) throw WorkerFailure(session.never_started);
   try {
     if (!session.worker) StartWorker(&session);
-    Reader reply(session.worker->Ask(Pack(function).Bytes() + arguments.Bytes(), function));
-    bool returned;
-    reply >> returned;
-    ++session.answers;
-    if (returned) return reply;
-    throw RemoteException(reply.String().substr(0, kMaxWords));
+    return Reader(session.worker->Ask(Pack(function).Bytes() + arguments.Bytes(), function));
   } catch (const WorkerFailure& failure) {
     const std::string words = failure.what();
     if (words.find("TIMEOUT") != std::string::npos) {
@@ -66,6 +63,28 @@ Reader Call(const std::string& function, const Writer& arguments) {
     }
     throw;
   }
+}
+
+Reader Call(const std::string& function, const Writer& arguments) {
+  Reader reply = ReplyTo(function, arguments);
+  bool returned;
+  reply >> returned;
+  ++TheSession().answers;
+  if (returned) return reply;
+  throw RemoteException(reply.String().substr(0, kMaxWords));
+}
+
+Answer Ask(const std::string& check, const Values& given) {
+  Reader reply = ReplyTo(check, Pack(given));
+  Answer answer;
+  bool returned;
+  reply >> returned;
+  const std::string words = reply.String().substr(0, kMaxWords);
+  reply >> answer;
+  reply.End();
+  ++TheSession().answers;
+  if (!returned) answer.SetFailure(std::make_exception_ptr(RemoteException(words)));
+  return answer;
 }
 
 int NewHandle() {

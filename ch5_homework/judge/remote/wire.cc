@@ -76,6 +76,39 @@ void Reader::End() const {
   if (Left() > 0) throw WireError(std::to_string(Left()) + " bytes too many");
 }
 
+// ---- values ----------------------------------------------------------------------------------------------------------
+
+Writer& operator<<(Writer& out, const Values& values) {
+  out << values.size();
+  values.ForEach([&](const std::string& name, const Values::Value& value) {
+    const MatXX* matrix = value.Matrix();
+    out << name << (matrix != nullptr);
+    if (matrix != nullptr) {
+      out << *matrix;
+    } else {
+      out << *value.Word();
+    }
+  });
+  return out;
+}
+
+Reader& operator>>(Reader& in, Values& values) {
+  const size_t count = in.Count();
+  if (count > kMaxValues) throw WireError(std::to_string(count) + " values");
+  for (size_t k = 0; k < count; ++k) {
+    const std::string name = in.String();
+    bool is_matrix;
+    in >> is_matrix;
+    if (values.Has(name)) throw WireError("two values of one name");
+    if (is_matrix) {
+      values.Put(name, in.Matrix());
+    } else {
+      values.Put(name, in.String());
+    }
+  }
+  return in;
+}
+
 // ---- frames ----------------------------------------------------------------------------------------------------------
 
 std::string Framed(const std::string& payload) {

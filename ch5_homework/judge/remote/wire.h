@@ -10,26 +10,20 @@
 
 #include <cstdint>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <tuple>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
-#include "ch5_backend/math/so3.h"
+#include "ch5_homework/judge/values.h"
 
 namespace ch5::homework {
 
 constexpr size_t kMaxFrame = size_t{64} << 20;  ///< bytes of a payload
 constexpr int kMaxRows = 4096;                  ///< rows or columns of a matrix
+constexpr size_t kMaxValues = 1000;             ///< of an answer
 constexpr char kGreeting[] = "hello";
-
-/// What came is no reply, or none that fits: a failure of the worker (WorkerFailure in process.h), told as such.
-class WireError : public std::runtime_error {
- public:
-  explicit WireError(const std::string& what) : std::runtime_error("GARBAGE: " + what) {}
-};
 
 class Writer {
  public:
@@ -160,6 +154,10 @@ template <typename T>
 auto operator>>(Reader& in, T& x) -> decltype(Fields(x, Wire()), in) {
   return in >> Fields(x, Wire());
 }
+
+Writer& operator<<(Writer& out, const Values& values);
+/// @throws WireError if two have one name
+Reader& operator>>(Reader& in, Values& values);
 
 /// Everything one after the other.
 template <typename... A>

@@ -35,7 +35,7 @@ MonoScene::MonoScene(std::string name, Sizes sizes, const MonoBaOptions& options
 }
 
 // Away from the identity, where frame 0 of the course stands: there a pose and one relative to frame 0 are the same.
-StartScene::StartScene() : MonoScene("start", {}, Options(4, 6, 0.1, 0.02)) {
+StartScene::StartScene() : MonoScene("start", {}, Options(kFrames, kPoints, 0.1, 0.02)) {
   const Transform away{ExpSO3(Vec3(0.5, -0.4, 0.8)), Vec3(3.0, -2.0, 1.0)};
   const auto move = [&](const Vec3& p) -> Vec3 { return away.p + away.q * p; };
   for (std::vector<Transform>* frames : {&scene.frames, &scene.initial_frames}) {
@@ -47,16 +47,22 @@ StartScene::StartScene() : MonoScene("start", {}, Options(4, 6, 0.1, 0.02)) {
 }
 
 // Not BuildMonoBa, which calls stage 3's function.
-BundleScene::BundleScene(int frames, int points, bool fixed)
-    : MonoScene("bundle", {frames, points, fixed}, Options(frames, points, 0.0, 0.0)) {
-  Random random(Seed(13));
-  for (size_t i = 0; i < 2; ++i) ba.poses[i]->SetFixed(fixed);
+void MonoScene::AddReprojections() {
   for (size_t k = 0; k < ba.landmarks.size(); ++k) {
     for (size_t j = 1; j < ba.poses.size(); ++j) {
       ba.graph.AddEdge(std::make_shared<EdgeReprojection>(ba.landmarks[k], ba.poses[0], ba.poses[j], scene.pixels[0][k],
                                                           scene.pixels[j][k]));
-      if (!fixed) ba.graph.Edges().back()->SetInformation(RandomPositiveDefinite(2, &random));
     }
+  }
+}
+
+BundleScene::BundleScene(int frames, int points, bool fixed)
+    : MonoScene("bundle", {frames, points, fixed}, Options(frames, points, 0.0, 0.0)) {
+  Random random(Seed(13));
+  for (size_t i = 0; i < 2; ++i) ba.poses[i]->SetFixed(fixed);
+  AddReprojections();
+  for (const auto& edge : ba.graph.Edges()) {
+    if (!fixed) edge->SetInformation(RandomPositiveDefinite(2, &random));
   }
 }
 

@@ -9,6 +9,8 @@ namespace ch5::homework {
 class MonoScene : public Scene {
  public:
   Graph& GetGraph() override { return ba.graph; }
+  /// An edge for each point and each frame but the first, which hosts them.
+  void AddReprojections();
 
   MonoBaScene scene;
   MonoBa ba;
@@ -20,6 +22,8 @@ class MonoScene : public Scene {
 
 /// Of stage 3: four frames and six points, to which the graded function adds the edges. The start is not the truth.
 struct StartScene : MonoScene {
+  static constexpr int kFrames = 4, kPoints = 6;
+
   StartScene();
 };
 

@@ -61,6 +61,38 @@ std::unique_ptr<Scene> Scene::Make(const std::string& name, const Sizes& sizes) 
   return maker->second(name, sizes);
 }
 
+void Scene::Describe(Values* given) {
+  const VertexList vertices = Vertices();
+  Eigen::Index size = 0;
+  for (const auto& vertex : vertices) size += vertex->Dimension();
+  VecX states(size), fixed(vertices.size());
+  Eigen::Index row = 0, k = 0;
+  for (const auto& vertex : vertices) {
+    states.segment(row, vertex->Dimension()) = vertex->Parameters();
+    row += vertex->Dimension();
+    fixed[k++] = vertex->IsFixed();
+  }
+  given->Put("scene", name_);
+  given->Put("sizes", Eigen::Map<const Eigen::VectorXi>(sizes_.data(), static_cast<Eigen::Index>(sizes_.size())).cast<double>());
+  if (DrawnSeed()) given->Put("seed", std::to_string(*DrawnSeed()));
+  given->Put("states", states);
+  given->Put("fixed", fixed);
+}
+
+std::unique_ptr<Scene> Scene::Make(const Values& given) {
+  if (given.Has("seed")) TakeSeed("--seed=" + given.Word("seed"));
+  const VecX sizes = given.Vector("sizes"), states = given.Vector("states"), fixed = given.Vector("fixed");
+  std::unique_ptr<Scene> scene = Make(given.Word("scene"), Sizes(sizes.data(), sizes.data() + sizes.size()));
+  Eigen::Index row = 0, k = 0;
+  for (const auto& vertex : scene->Vertices()) {
+    if (row + vertex->Dimension() > states.size() || k >= fixed.size()) throw WireError("not one state for each vertex");
+    vertex->Parameters() = states.segment(row, vertex->Dimension());
+    row += vertex->Dimension();
+    vertex->SetFixed(fixed[k++] != 0.0);
+  }
+  return scene;
+}
+
 bool Scene::Add(const std::string& name, Maker maker) { return Makers().emplace(name, maker).second; }
 
 Scene& Scene::Of(const Graph* graph) {

@@ -14,6 +14,7 @@
 #include "ch5_backend/simulate/random.h"
 #include "ch5_backend/types/vertices.h"
 #include "ch5_homework/judge/seed.h"
+#include "ch5_homework/judge/values.h"
 
 namespace ch5::homework {
 
@@ -45,6 +46,11 @@ class Scene {
 
   /// @throws std::invalid_argument if there is no scene of this name
   static std::unique_ptr<Scene> Make(const std::string& name, const Sizes& sizes);
+
+  /// All that the other side needs: name, sizes, seed, and the states of its vertices.
+  void Describe(Values* given);
+  /// The scene that has been described, built anew.
+  static std::unique_ptr<Scene> Make(const Values& given);
   using Maker = std::unique_ptr<Scene> (*)(const std::string& name, const Sizes& sizes);
   /// Before main.
   static bool Add(const std::string& name, Maker maker);
@@ -61,6 +67,14 @@ class Scene {
   Sizes sizes_;
   int number_, steps_ = 0;
 };
+
+template <typename S>
+std::unique_ptr<S> MakeScene(const Values& given) {
+  auto scene = Scene::Make(given);
+  auto& own = dynamic_cast<S&>(*scene);
+  scene.release();
+  return std::unique_ptr<S>(&own);
+}
 
 /// A graph that a function builds.
 class GraphScene : public Scene {

@@ -1,0 +1,24 @@
+#pragma once
+/// What is asked of a student's functions: a check calls them on what it is given and puts what they return into its answer.
+/// It runs where the student's code does, in the process of ./course check or in the worker of ./course grade. Nothing in
+/// this folder, nor in scenes/, knows what is right: all of it is linked beside the student's file, and could be called.
+
+#include "ch5_homework/judge/submission.h"
+#include "ch5_homework/judge/values.h"
+
+namespace ch5::homework {
+
+using Check = void (*)(const Submission& submission, const Values& given, Answer* answer);
+
+/// By name.
+std::map<std::string, Check>& Checks();
+/// Before main.
+inline bool AddChecks(const std::map<std::string, Check>& checks) {
+  Checks().insert(checks.begin(), checks.end());
+  return true;
+}
+
+/// Runs one. What a function throws ends it, and is in the answer.
+Answer Run(const std::string& check, const Submission& submission, const Values& given);
+
+}  // namespace ch5::homework
