@@ -392,7 +392,7 @@ void RequireEqual(const Claim& claim, Diagnosis diagnosis, const Mistakes& make_
     diagnosis.got = {"matrix.size_got", {{"size", Word(Size(got))}}};
     const auto as_large = std::find_if(mistakes.begin(), mistakes.end(),
                                        [&](const Mistake& one) { return HaveOneSize(one.answer, got); });
-    diagnosis.cause = mistake                                           ? mistake->cause
+    diagnosis.cause = mistake                                        ? mistake->cause
                       : as_large != mistakes.end() && got.size() > 0 ? as_large->cause
                                                                      : CauseOfSize(claim);
     Tell(diagnosis);

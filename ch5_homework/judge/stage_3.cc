@@ -36,7 +36,8 @@ struct Built {
   Built(double pixel_information, double prior_weight) {
     const Answer added =
         Ask("AddMonoBaEdges", start, {{"pixel_information", pixel_information}, {"prior_weight", prior_weight}});
-    const MatXX poses = added.Sized("poses", 7, StartScene::kFrames), is_fixed = added.Sized("fixed", StartScene::kFrames, 1);
+    const MatXX poses = added.Sized("poses", 7, StartScene::kFrames),
+                is_fixed = added.Sized("fixed", StartScene::kFrames, 1);
     if (!poses.allFinite()) throw WireError("a vertex holds a number that is not finite");
     for (size_t i = 0; i < start.ba.poses.size(); ++i) {  // whoever moves a vertex to the truth needs no priors
       const auto column = static_cast<Eigen::Index>(i);
@@ -203,8 +204,8 @@ TEST(Stage3, PriorAsksForTheTruePose) {
     const Transform& asked = all_priors[i][0].asked;
     const double residual = ResidualAt(scene.frames[i], asked);
     if (residual < 1e-9) continue;
-    Fail({"3", Text("3.residual_at_true_pose", {{"n", Word(i)}}), Word(0), Word(residual),
-          CauseOfPose(scene, i, asked), "3"});
+    Fail({"3", Text("3.residual_at_true_pose", {{"n", Word(i)}}), Word(0), Word(residual), CauseOfPose(scene, i, asked),
+          "3"});
   }
 }
 

@@ -186,7 +186,8 @@ void CheckMotion(GraphScene& scene, double yaw, const Text& what) {
   const Vertices& vertices = scene.vertices;
   const Motion g{1.0, ExpSO3(Vec3(0, 0, yaw)), Vec3(1, -2, 3)};  // t must not matter
   Require("4", {"4.motion_jacobian_of", {{"scene", what}, {"n", Word(yaw)}}}, NumericMotionJacobian(vertices, g),
-          MotionJacobian(scene, yaw), RowNames(vertices), MotionMistakes(vertices, g.R.toRotationMatrix()), kTolerance, "4d");
+          MotionJacobian(scene, yaw), RowNames(vertices), MotionMistakes(vertices, g.R.toRotationMatrix()), kTolerance,
+          "4d");
 }
 
 TEST(Stage4, TheMotionTurnsWhatIsExpressedInTheWorld) {
@@ -250,10 +251,9 @@ TEST(Stage4, TheExampleOfTheHandout) {
   const MatXX free = (MatXX(2, 2) << 1, -1, -1, 1).finished(), fixed = (MatXX(2, 2) << 0, 0, 0, 4).finished();
   const MatXX I = MatXX::Identity(2, 2), H = 0.25 * free;
   ASSERT_TRUE(FreeCovariance(H, 1).isApprox(free) && FixedCovariance(H, V).isApprox(fixed)) << "the handout is wrong";
-  Require("4", "4.handout_held", fixed,
-          Transformed(free, I, Projection(U, V), Projection(U, V)), Words({"x1", "x2"}));
-  Require("4", "4.handout_set_free", free,
-          Transformed(fixed, I, Projection(U, U), Projection(U, U)), Words({"x1", "x2"}));
+  Require("4", "4.handout_held", fixed, Transformed(free, I, Projection(U, V), Projection(U, V)), Words({"x1", "x2"}));
+  Require("4", "4.handout_set_free", free, Transformed(fixed, I, Projection(U, U), Projection(U, U)),
+          Words({"x1", "x2"}));
 }
 
 // ---- all together ---------------------------------------------------------------------------------------------------
@@ -290,12 +290,11 @@ void CheckGauges(GaugeGroup group, int frames, int points, int seed) {
   const MatXX Q_C = Projection(U_C, V), Q_C_free = Projection(U_C, U_C);
   const MatXX motion = MotionJacobian(scene, yaw);
   ASSERT_GT((free - fixed).norm(), 0.1 * fixed.norm()) << "the scene is too easy: both gauges have one covariance";
-  Require("4", of("4.covariance_held"), fixed, Transformed(free, motion, Q, Q_C), names, {},
-          kCovarianceTolerance);
+  Require("4", of("4.covariance_held"), fixed, Transformed(free, motion, Q, Q_C), names, {}, kCovarianceTolerance);
 
   const MatXX back = MotionJacobian(scene, -yaw);
-  Require("4", of("4.covariance_set_free"), free, Transformed(fixed, back, Q_C_free, Q_free), names,
-          {}, kCovarianceTolerance);
+  Require("4", of("4.covariance_set_free"), free, Transformed(fixed, back, Q_C_free, Q_free), names, {},
+          kCovarianceTolerance);
 }
 
 TEST(Stage4, FreeAndFixedCovariancesOfACameraWithAnImuAreOne) {

@@ -97,7 +97,8 @@ Names NamesOfPoses(int count) {
 
 void CheckSchur(int poses, int goes, double unit = 1.0) {
   Random random(Seed(37));
-  const MatXX V = unit * unit * RandomPositiveDefinite(goes, &random), W = unit * RandomMatrix(6 * poses, goes, &random);
+  const MatXX V = unit * unit * RandomPositiveDefinite(goes, &random),
+              W = unit * RandomMatrix(6 * poses, goes, &random);
   const VecX b_b = unit * RandomMatrix(goes, 1, &random), b_a_before = RandomMatrix(6 * poses, 1, &random);
   const MatXX U_before = RandomPositiveDefinite(6 * poses, &random) + W * PseudoInversePsd(V) * W.transpose();
   const auto of = [&](const char* what) {
@@ -209,7 +210,8 @@ void CheckUpdate(const MatXX& H, const VecX& b0, const Names& names, const Text&
   }
   const VecX eigenvalues = DecomposeScaled(H, p_inverse).S_sqrt;
   const auto in_JtJ = [&] {
-    std::vector<Mistake> mistakes{CholeskyOfSingular("5.3", "H", eigenvalues, J, JtJ), kept("J_", J, J_before, JtJ),
+    std::vector<Mistake> mistakes{CholeskyOfSingular("5.3", "H", eigenvalues, J, JtJ),
+                                  kept("J_", J, J_before, JtJ),
                                   {"5.6 5.3", "5.diagonal_for_its_root", scaled(GramScaledBy(H, H.diagonal()))},
                                   {"5.6 5.3", "5.no_scaling", scaled(GramScaledBy(H, VecX::Ones(H.rows())))}};
     VecX S_sqrt = eigenvalues;  // without the smallest ones

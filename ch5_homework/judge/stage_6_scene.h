@@ -19,7 +19,8 @@ class FactorScene : public FactorGraph {
   /// The vertex at this place of the scene.  @throws WireError if there is none
   std::shared_ptr<Vertex> At(double place) {
     const VertexList vertices = Vertices();
-    if (!(place >= 0.0 && place < static_cast<double>(vertices.size()))) throw WireError("a place outside of the scene");
+    if (!(place >= 0.0 && place < static_cast<double>(vertices.size())))
+      throw WireError("a place outside of the scene");
     return vertices[static_cast<size_t>(place)];
   }
   int PlaceOf(const std::shared_ptr<Vertex>& vertex) {

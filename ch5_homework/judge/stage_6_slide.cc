@@ -29,11 +29,11 @@ ImuInterval Merged(Preintegration first, const Preintegration& second) {
 
 // A window that the submission has slid.
 struct Slid {
-  std::vector<int> frames;                 // ids
-  std::vector<bool> has_imu;               // of each frame
-  std::vector<ImuInterval> imu;            // likewise
-  std::map<int, std::vector<int>> seen;    // by track, the frames
-  std::map<int, double> inverse_depths;    // likewise, of those that have one
+  std::vector<int> frames;               // ids
+  std::vector<bool> has_imu;             // of each frame
+  std::vector<ImuInterval> imu;          // likewise
+  std::map<int, std::vector<int>> seen;  // by track, the frames
+  std::map<int, double> inverse_depths;  // likewise, of those that have one
 
   explicit Slid(const Answer& answer, const std::string& of = "") {
     const MatXX all = answer.Sized(of + "frames", 6, answer[of + "frames"].cols());
@@ -194,8 +194,7 @@ TEST(Stage6, SlidesTheOldestFrameOut) {
   for (const char* scene : {"full window", "landmark behind"}) CheckSlide(MarginalizationFlag::kOld, scene);
 }
 TEST(Stage6, SlidesTheSecondNewestFrameOut) {
-  for (const char* scene : {"full window", "long window"})
-    CheckSlide(MarginalizationFlag::kSecondNew, scene);
+  for (const char* scene : {"full window", "long window"}) CheckSlide(MarginalizationFlag::kSecondNew, scene);
 }
 
 // ---- 6j DetectFailure ------------------------------------------------------------------------------------------------

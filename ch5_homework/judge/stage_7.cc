@@ -212,8 +212,8 @@ void CheckSolve(PlainBlockSolver* solver, const Graph& graph, double lambda, Dam
   const auto with = [&](const Text& quantity) { return With(quantity, scene, lambda, damping); };
   const Names names = RowNames(solver->GetOrdering(), true);
   const right::BlockSolve right(system, solver->GetOrdering(), lambda, damping);
-  Require({"7", with(Word("b_p − Σ_l H_pl H_ll⁻¹ b_l")), "7d", "b_schur_", names, {}, 1e-9},
-          right.b_S, solver->ReducedRightHandSide());
+  Require({"7", with(Word("b_p − Σ_l H_pl H_ll⁻¹ b_l")), "7d", "b_schur_", names, {}, 1e-9}, right.b_S,
+          solver->ReducedRightHandSide());
   Require({"7", with(Word("S = H_pp − Σ_l H_pl H_ll⁻¹ H_plᵀ")), "7d", "S_", names, {}, 1e-9}, right.S,
           solver->SchurComplement());
   if (!solved) {

@@ -42,11 +42,9 @@ struct Trial {
 };
 
 DampingUpdate Update(const Trial& t) {
-  const Answer next = Ask("UpdateDamping", {{"cost", t.cost},
-                                            {"trial_cost", t.trial_cost},
-                                            {"predicted", t.predicted},
-                                            {"lambda", t.lambda},
-                                            {"nu", t.nu}});
+  const Answer next = Ask(
+      "UpdateDamping",
+      {{"cost", t.cost}, {"trial_cost", t.trial_cost}, {"predicted", t.predicted}, {"lambda", t.lambda}, {"nu", t.nu}});
   return {next.Number("accepted") != 0.0, next.Number("lambda"), next.Number("nu")};
 }
 
@@ -542,8 +540,7 @@ TEST(Stage8, AnImuStepMovesTheCovariance) {
 // ---- 8d, a beacon ---------------------------------------------------------------------------------------------------
 
 void CheckRange(const Transform& T, const Vec3& antenna, const Vec3& beacon, double range, const Text& what) {
-  const Answer term =
-      Ask("LinearizeRange", {{"T_W_B", T}, {"antenna", antenna}, {"beacon", beacon}, {"range", range}});
+  const Answer term = Ask("LinearizeRange", {{"T_W_B", T}, {"antenna", antenna}, {"beacon", beacon}, {"range", range}});
   const RangeTerm got{term.Number("residual"), term.Sized("J", 1, 6)};
   const auto distance = [&](const Transform& at) { return (at.p + at.q * antenna - beacon).norm(); };
   const auto is = [](double r) { return MatXX(MatXX::Constant(1, 1, r)); };

@@ -61,7 +61,8 @@ TEST(Formula, NamesOneSlip) {
             R"~(1b {"id": "formula.starts_at_entry", "block": "c", "matrix": "b", "i": "1", "row": "2"})~");
   EXPECT_EQ(s.Named(0.5 * inverse * rest),
             R"~(1a {"id": "formula.from_another_source", "block": "A", "other": "M before", "matrix": "M"})~");
-  EXPECT_EQ(s.Named(inverse * (s.c() - 3.0 * s.C * s.x)), R"~( {"id": "formula.term_times", "term": "A⁻¹ C x", "k": "3"})~");
+  EXPECT_EQ(s.Named(inverse * (s.c() - 3.0 * s.C * s.x)),
+            R"~( {"id": "formula.term_times", "term": "A⁻¹ C x", "k": "3"})~");
 }
 
 TEST(Formula, NamesNothingElse) {
@@ -92,7 +93,8 @@ TEST(Formula, NamesASlipInALoop) {
   };
   EXPECT_TRUE(Equal(Value(H.right), assembled(2.0, 3.0), 1e-12));
   EXPECT_EQ(named(assembled(1.0, 1.0)), R"~({"id": "formula.missing_in", "this": "W", "product": "Jᵀ W J"})~");
-  EXPECT_EQ(named(assembled(0.0, 3.0)), R"~({"id": "formula.shares_missing", "kind": {"id": "a.first"}, "matrix": "H"})~");
+  EXPECT_EQ(named(assembled(0.0, 3.0)),
+            R"~({"id": "formula.shares_missing", "kind": {"id": "a.first"}, "matrix": "H"})~");
 }
 
 }  // namespace

@@ -216,7 +216,7 @@ std::vector<ImagePair> FindPairs(const std::vector<FeatureTrack>& tracks, const 
 Vec3 FindBias(double sigma, std::vector<ImagePair>* pairs) {
   constexpr double kApart = 0.15;                    // [rad/s]
   const Loss wide{sigma, 15.0}, narrow{sigma, 2.5};  // for a bias of 0.1 rad/s, and to suppress outliers
-  constexpr size_t kFew = 60, kMost = 120;  // matches
+  constexpr size_t kFew = 60, kMost = 120;           // matches
   Vec3 best = Vec3::Zero();
   double least = std::numeric_limits<double>::infinity();
   const auto try_from = [&](Vec3 delta_b, size_t most) {

@@ -15,8 +15,8 @@ void Damp(const Submission& student, const Values& given, Answer* answer) {
 }
 
 void Project(const Submission& student, const Values& given, Answer* answer) {
-  const ProjectionJacobians J = student.open_tasks.linearize_projection(given.Pose("T_W_B"), given.Pose("T_B_C"),
-                                                                        given.Sized("p_W", 3, 1));
+  const ProjectionJacobians J =
+      student.open_tasks.linearize_projection(given.Pose("T_W_B"), given.Pose("T_B_C"), given.Sized("p_W", 3, 1));
   answer->Put("pose", J.pose);
   answer->Put("point", J.point);
 }

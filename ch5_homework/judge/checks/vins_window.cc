@@ -163,7 +163,8 @@ Prior PriorOf(const Submission& student, const DropSet& drop) {
   for (const auto& edge : drop.edges) {
     ResidualBlockInfo info{edge, {}};
     for (size_t i = 0; i < edge->Vertices().size(); ++i) {
-      const bool goes = std::find(drop.vertices.begin(), drop.vertices.end(), edge->Vertices()[i]) != drop.vertices.end();
+      const bool goes =
+          std::find(drop.vertices.begin(), drop.vertices.end(), edge->Vertices()[i]) != drop.vertices.end();
       if (goes) info.drop_set.push_back(static_cast<int>(i));
     }
     term->AddResidualBlockInfo(info);

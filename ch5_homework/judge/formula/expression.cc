@@ -92,22 +92,16 @@ std::optional<MatXX> AssemblyOf(const Node& x) {
 
 std::optional<MatXX> Compute(const Node& x) {
   switch (x.kind) {
-    case Kind::kMatrix:
-      return x.value;
-    case Kind::kInverse:
-      return InverseOf(x);
+    case Kind::kMatrix: return x.value;
+    case Kind::kInverse: return InverseOf(x);
     case Kind::kTranspose: {
       const auto& A = TryValue(x.parts[0]);
       return A ? std::optional<MatXX>(A->transpose()) : std::nullopt;
     }
-    case Kind::kProduct:
-      return ProductOf(x);
-    case Kind::kSum:
-      return SumOf(x);
-    case Kind::kStack:
-      return StackOf(x);
-    case Kind::kAssembly:
-      return AssemblyOf(x);
+    case Kind::kProduct: return ProductOf(x);
+    case Kind::kSum: return SumOf(x);
+    case Kind::kStack: return StackOf(x);
+    case Kind::kAssembly: return AssemblyOf(x);
     case Kind::kSeen: {
       const auto& A = TryValue(x.parts[0]);
       const bool fits = A && A->allFinite();
@@ -181,7 +175,8 @@ Expression Inverse(const Expression& x, const std::vector<int>& sizes) {
 
 Expression Transpose(const Expression& x) { return Make(Kind::kTranspose, {x}); }
 
-Expression Assembly(const std::string& name, Eigen::Index rows, Eigen::Index columns, const std::vector<Share>& shares) {
+Expression Assembly(const std::string& name, Eigen::Index rows, Eigen::Index columns,
+                    const std::vector<Share>& shares) {
   Node node = *Make(Kind::kAssembly, {});
   node.name = name;
   node.rows = rows;
@@ -247,26 +242,20 @@ std::string NameOf(const Expression& x) {
   if (!x->name.empty()) return x->name;
   std::string name;
   switch (x->kind) {
-    case Kind::kMatrix:
-      return name;
-    case Kind::kInverse:
-      return FactorName(x->parts[0]) + "⁻¹";
-    case Kind::kTranspose:
-      return FactorName(x->parts[0]) + "ᵀ";
+    case Kind::kMatrix: return name;
+    case Kind::kInverse: return FactorName(x->parts[0]) + "⁻¹";
+    case Kind::kTranspose: return FactorName(x->parts[0]) + "ᵀ";
     case Kind::kProduct:
       for (const Expression& part : x->parts) {
         name += (name.empty() ? "" : " ") + (part->kind == Kind::kProduct ? NameOf(part) : FactorName(part));
       }
       return name;
-    case Kind::kSum:
-      return NameOfSum(*x);
+    case Kind::kSum: return NameOfSum(*x);
     case Kind::kStack:
       for (const Expression& part : x->parts) name += (name.empty() ? "[" : "; ") + NameOf(part);
       return name + "]";
-    case Kind::kAssembly:
-      return name;
-    case Kind::kSeen:
-      return NameOf(x->parts[0]);
+    case Kind::kAssembly: return name;
+    case Kind::kSeen: return NameOf(x->parts[0]);
   }
   return name;
 }

@@ -85,14 +85,14 @@ struct Node {
   std::string name;  ///< of a matrix, and of what the student's code gives a name: "tempH"
   std::string todo;  ///< where the student writes it; empty: where he writes what it is a part of
   std::vector<Expression> parts;
-  std::vector<double> factors;  ///< of a sum
-  std::vector<int> sizes;       ///< of the blocks of an inverse that is made block by block
-  MatXX value;                  ///< of a matrix
+  std::vector<double> factors;                 ///< of a sum
+  std::vector<int> sizes;                      ///< of the blocks of an inverse that is made block by block
+  MatXX value;                                 ///< of a matrix
   std::shared_ptr<const Source::Data> source;  ///< of a matrix that is a block of one, from (row, column) on
   Eigen::Index row = 0, column = 0;
-  std::vector<Expression> mistaken = {};       ///< what may be taken for it
-  std::vector<Share> shares = {};              ///< of an assembly; their expressions are its parts
-  Eigen::Index rows = 0, columns = 0;          ///< likewise
+  std::vector<Expression> mistaken = {};           ///< what may be taken for it
+  std::vector<Share> shares = {};                  ///< of an assembly; their expressions are its parts
+  Eigen::Index rows = 0, columns = 0;              ///< likewise
   std::function<MatXX(const MatXX& x)> seen = {};  ///< what a check sees of its part
   mutable std::optional<std::optional<MatXX>> known = {};
 };

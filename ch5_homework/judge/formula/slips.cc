@@ -50,7 +50,8 @@ void TermMissing(const View& v) {
       v.report(Say("formula.nothing_subtracted", {{"rest", NameOf(rest)}, {"that", term}}), rest);
     } else {
       v.report(Say("formula.rest_missing", {{"rest", term}, {"that", NameOf(rest)}}), rest);
-      if (v.x->parts.size() == 2) v.report(Say("formula.rest_missing", {{"rest", term}, {"that", NameOf(-rest)}}), -rest);
+      if (v.x->parts.size() == 2)
+        v.report(Say("formula.rest_missing", {{"rest", term}, {"that", NameOf(-rest)}}), -rest);
     }
   }
 }
@@ -274,8 +275,7 @@ void Inverted(const View& v) {
 void OnlyDiagonal(const View& v) {
   const MatXX* const A = Square(v.x);
   if (A == nullptr || A->rows() == 1) return;
-  v.report(Say("formula.diagonal_alone", {{"matrix", NameOf(v.x)}}),
-           Matrix(NameOf(v.x), A->diagonal().asDiagonal()));
+  v.report(Say("formula.diagonal_alone", {{"matrix", NameOf(v.x)}}), Matrix(NameOf(v.x), A->diagonal().asDiagonal()));
 }
 
 void OnlyTriangle(const View& v) {
@@ -520,7 +520,8 @@ std::vector<Term> TermsOfSum(const Expression& x) {
     return terms;
   }
   if (x->kind == Kind::kProduct) {
-    const auto sum = std::find_if(x->parts.begin(), x->parts.end(), [](const Expression& one) { return one->kind == Kind::kSum; });
+    const auto sum =
+        std::find_if(x->parts.begin(), x->parts.end(), [](const Expression& one) { return one->kind == Kind::kSum; });
     if (sum != x->parts.end()) {
       for (const Term& term : TermsOfSum(*sum)) {
         auto factors = x->parts;
@@ -536,7 +537,8 @@ std::vector<Term> TermsOfSum(const Expression& x) {
 /// The terms so many times each, by least squares: half and whole numbers, or any of one term.
 void TermsOfOtherCounts(const View& v) {
   const auto& right = TryValue(v.x);
-  if (!v.is_whole || v.formula.right->kind == Kind::kSeen || v.x->kind == Kind::kStack || !right || !v.got.allFinite()) return;
+  if (!v.is_whole || v.formula.right->kind == Kind::kSeen || v.x->kind == Kind::kStack || !right || !v.got.allFinite())
+    return;
   if (right->rows() != v.got.rows() || right->cols() != v.got.cols()) return;
   const std::vector<Term> terms = TermsOfSum(v.x);
   const auto n = static_cast<Index>(terms.size());
@@ -545,7 +547,8 @@ void TermsOfOtherCounts(const View& v) {
   for (Index k = 0; k < n; ++k) basis.col(k) = TryValue(terms[static_cast<size_t>(k)].x)->reshaped();
   const VecX scale = basis.colwise().norm().cwiseMax(1e-300).cwiseInverse().transpose();
   const MatXX scaled = basis * scale.asDiagonal();
-  VecX counts = scale.asDiagonal() * (PseudoInversePsd(scaled.transpose() * scaled) * (scaled.transpose() * v.got.reshaped()));
+  VecX counts =
+      scale.asDiagonal() * (PseudoInversePsd(scaled.transpose() * scaled) * (scaled.transpose() * v.got.reshaped()));
   std::vector<Expression> parts;
   std::vector<double> factors;
   Index wrong = -1;
@@ -573,7 +576,8 @@ void TermsOfOtherCounts(const View& v) {
   const Expression instead = Sum(parts, factors);
   if (wrong_ones == 1) {
     const Term& term = terms[static_cast<size_t>(wrong)];
-    v.report(Say("formula.term_times", {{"term", NameOf(term.x)}, {"k", Number(counts[wrong] / term.factor)}}), instead);
+    v.report(Say("formula.term_times", {{"term", NameOf(term.x)}, {"k", Number(counts[wrong] / term.factor)}}),
+             instead);
   } else {
     v.report(Say("formula.combination", {{"this", NameOf(instead)}, {"that", NameOf(v.x)}}), instead);
   }
@@ -583,12 +587,12 @@ void TermsOfOtherCounts(const View& v) {
 
 /// The likelier ones first.
 constexpr void (*kRules[])(const View&) = {
-    &PartZero,          &InverseOfSingular,     &TermOfOtherSign,   &TermMissing,          &FactorMissing,
-    &BracketsMissing,   &InverseForgotten,      &FactorTwice,       &InverseOfOneKindOnly, &AnotherSource,
-    &TransposeForgotten, &AnotherForIt,     &Transposed,            &FactorsTransposed, &FactorsInAnotherOrder, &InverseOfAnother,
-    &DirectionsCut,     &OnlyDiagonal,          &OnlyTriangle,      &PartsOfATerm,         &PartsOfABlock,
-    &RootOfInverse,     &Inverted,              &BlockOfTheInverse, &AnotherPlace,         &MultipleOfIAdded,
-    &SharesOfAKind,     &SharesElsewhere,       &TermsOfOtherCounts};
+    &PartZero,           &InverseOfSingular, &TermOfOtherSign, &TermMissing,          &FactorMissing,
+    &BracketsMissing,    &InverseForgotten,  &FactorTwice,     &InverseOfOneKindOnly, &AnotherSource,
+    &TransposeForgotten, &AnotherForIt,      &Transposed,      &FactorsTransposed,    &FactorsInAnotherOrder,
+    &InverseOfAnother,   &DirectionsCut,     &OnlyDiagonal,    &OnlyTriangle,         &PartsOfATerm,
+    &PartsOfABlock,      &RootOfInverse,     &Inverted,        &BlockOfTheInverse,    &AnotherPlace,
+    &MultipleOfIAdded,   &SharesOfAKind,     &SharesElsewhere, &TermsOfOtherCounts};
 
 // ---- putting a slip in its place -------------------------------------------------------------------------------------
 
@@ -679,7 +683,8 @@ std::vector<Changed> BlocksExchanged(const Expression& formula, const std::vecto
     for (auto c = a + 1; c != sites.end(); ++c) {
       if (!a->x->source || !c->x->source || a->x == c->x) continue;
       const auto change = [&](const Expression& x) { return x == a->x ? c->x : x == c->x ? a->x : nullptr; };
-      found.push_back({Say("formula.exchanged", {{"this", a->x->name}, {"that", c->x->name}}), ReplaceAll(formula, change)});
+      found.push_back(
+          {Say("formula.exchanged", {{"this", a->x->name}, {"that", c->x->name}}), ReplaceAll(formula, change)});
     }
   }
   return found;
@@ -755,7 +760,8 @@ class Search {
                 }
                 Try(cause, site.todo, ReplaceAt(way, site.path, 0, instead));
                 if (uses[site.x.get()] < 2) return;
-                Try(cause, site.todo, ReplaceAll(way, [&](const Expression& x) { return x == site.x ? instead : nullptr; }));
+                Try(cause, site.todo,
+                    ReplaceAll(way, [&](const Expression& x) { return x == site.x ? instead : nullptr; }));
               }});
       }
     }
@@ -764,7 +770,8 @@ class Search {
 
  private:
   /// The same slip in every turn of a loop, or in the turns of one kind.
-  void TryFamily(void (*rule)(const View&), const Expression& way, const Family& family, const std::vector<Text>& kinds) {
+  void TryFamily(void (*rule)(const View&), const Expression& way, const Family& family,
+                 const std::vector<Text>& kinds) {
     struct OfAll {
       Text cause;
       std::map<const Node*, Expression> instead;
@@ -815,10 +822,12 @@ Text SharesAt(const Node& assembly, Index row, Index column) {
     if (i < 0 || j < 0 || i >= A.rows() || j >= A.cols() || A(i, j) == 0.0) continue;
     given.push_back({A(i, j), &share});
   }
-  std::stable_sort(given.begin(), given.end(), [](const auto& a, const auto& b) { return std::abs(a.first) > std::abs(b.first); });
+  std::stable_sort(given.begin(), given.end(),
+                   [](const auto& a, const auto& b) { return std::abs(a.first) > std::abs(b.first); });
   if (given.empty()) return {};
   const auto& [value, share] = given[0];
-  return {"formula.shares_at", {{"n", Word(given.size())}, {"from", share->from}, {"x", Word(value)}, {"term", Word(NameOf(share->x))}}};
+  return {"formula.shares_at",
+          {{"n", Word(given.size())}, {"from", share->from}, {"x", Word(value)}, {"term", Word(NameOf(share->x))}}};
 }
 
 }  // namespace
@@ -847,7 +856,8 @@ Text TermsOf(const Expression& x, Index row, Index column) {
   if (terms.size() < 2) return {};
   for (const Term& term : terms) {
     const double given = term.factor * Value(term.x)(row, column);
-    list += (list.empty() ? "" : ", ") + NameOf(term.factor == 1.0 ? term.x : Sum({term.x}, {term.factor})) + ": " + Number(given);
+    list += (list.empty() ? "" : ", ") + NameOf(term.factor == 1.0 ? term.x : Sum({term.x}, {term.factor})) + ": " +
+            Number(given);
   }
   return Word(list);
 }

@@ -78,8 +78,8 @@ SchurSolve::SchurSolve(const System& system, const Ordering& ordering, double la
   S.rows = b_S.rows = {parts.begin(), parts.begin() + static_cast<ptrdiff_t>(ordering.poses.size())};
 
   const Expression x_p = Matrix("Δx_p", Solve(Value(S.right), Value(b_S.right)));
-  const Expression of_landmarks = WrittenAt("1.2c", WrittenAt("1.2c", Inverse(H_mm, SizesOf(ordering.landmarks))) *
-                                                        (b_m - H_mp * x_p));
+  const Expression of_landmarks =
+      WrittenAt("1.2c", WrittenAt("1.2c", Inverse(H_mm, SizesOf(ordering.landmarks))) * (b_m - H_mp * x_p));
   const Expression dense = Inverse(H.Block("H", 0, 0, n, n, "1.2a")) * b_.Segment("b_", 0, n, "1.2b");
   delta_x = {Stack({x_p, of_landmarks}), {b_p, Named(b_S.right, "b_pp_schur_"), H_pm, tempH}, {dense}};
 }
@@ -124,7 +124,11 @@ SquareRoot::SquareRoot(const MatXX& H, const VecX& b0) : p(ScalingOf(H)) {
 
   const MatXX scale = p.cwiseInverse().asDiagonal();
   JtJ.right = Seen(J, [scale](const MatXX& any) { return MatXX(scale * any.transpose() * any * scale); });
-  JtJ.beside = {P_inverse, S_pinv_sqrt, S, Matrix("H", H), diagonal("P^½", p.cwiseSqrt()),
+  JtJ.beside = {P_inverse,
+                S_pinv_sqrt,
+                S,
+                Matrix("H", H),
+                diagonal("P^½", p.cwiseSqrt()),
                 diagonal("S^¼", eigen.S_sqrt.cwiseSqrt())};
   const MatXX scaled_Jt = scale * Value(J).transpose();
   Jte0.right = Seen(-(J_pinv_T * Matrix("b₀", b0)), [scaled_Jt](const MatXX& e0) {
@@ -231,7 +235,8 @@ BlockSolve::BlockSolve(const System& system, const Ordering& ordering, double la
 
   const Expression x_p = Matrix("Δx_p", Solve(Value(S.right), Value(b_S.right)));
   const Expression K_transposed = Named(Inverse(H_ll, sizes) * H_lp, "K_ilᵀ");
-  delta_x = {Stack({x_p, Inverse(H_ll, sizes) * (b_l - H_lp * x_p)}), {b_p, Named(b_S.right, "b_schur_"), K_transposed}};
+  delta_x = {Stack({x_p, Inverse(H_ll, sizes) * (b_l - H_lp * x_p)}),
+             {b_p, Named(b_S.right, "b_schur_"), K_transposed}};
 }
 
 }  // namespace ch5::homework::right

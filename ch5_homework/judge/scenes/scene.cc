@@ -73,7 +73,8 @@ void Scene::Describe(Values* given) {
     fixed[k++] = vertex->IsFixed();
   }
   given->Put("scene", name_);
-  given->Put("sizes", Eigen::Map<const Eigen::VectorXi>(sizes_.data(), static_cast<Eigen::Index>(sizes_.size())).cast<double>());
+  given->Put("sizes",
+             Eigen::Map<const Eigen::VectorXi>(sizes_.data(), static_cast<Eigen::Index>(sizes_.size())).cast<double>());
   if (DrawnSeed()) given->Put("seed", std::to_string(*DrawnSeed()));
   given->Put("states", states);
   given->Put("fixed", fixed);
@@ -85,7 +86,8 @@ std::unique_ptr<Scene> Scene::Make(const Values& given) {
   std::unique_ptr<Scene> scene = Make(given.Word("scene"), Sizes(sizes.data(), sizes.data() + sizes.size()));
   Eigen::Index row = 0, k = 0;
   for (const auto& vertex : scene->Vertices()) {
-    if (row + vertex->Dimension() > states.size() || k >= fixed.size()) throw WireError("not one state for each vertex");
+    if (row + vertex->Dimension() > states.size() || k >= fixed.size())
+      throw WireError("not one state for each vertex");
     vertex->Parameters() = states.segment(row, vertex->Dimension());
     row += vertex->Dimension();
     vertex->SetFixed(fixed[k++] != 0.0);
