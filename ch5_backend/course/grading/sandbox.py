@@ -179,6 +179,9 @@ def call_filter() -> Path:
             rules.add_rule(seccomp.ERRNO(errno.EPERM), call)
         rules.add_rule(seccomp.ERRNO(errno.EPERM), "clone",
                        seccomp.Arg(0, seccomp.MASKED_EQ, NEW_USER_NAMESPACE, NEW_USER_NAMESPACE))
+        for call, argument in (("kill", 1), ("tkill", 1), ("tgkill", 2)):  # who is stopped has been stopped from outside: see watch.py
+            for number in (signal.SIGSTOP, signal.SIGTSTP, signal.SIGTTIN, signal.SIGTTOU):
+                rules.add_rule(seccomp.ERRNO(errno.EPERM), call, seccomp.Arg(argument, seccomp.MASKED_EQ, 0xFFFFFFFF, number))
         rules.add_rule(seccomp.ERRNO(errno.ENOSYS), "clone3")  # its flags cannot be seen; libc then takes clone
         _filter = scratch() / "calls.bpf"
         with open(_filter, "wb") as file:
