@@ -291,12 +291,14 @@ DropSet RightDropSet(MarginalizationFlag flag, const Window& window) {
 }
 
 void SlideRightly(MarginalizationFlag flag, Window* window) {
-  const auto leaving = flag == MarginalizationFlag::kOld ? window->frames.begin() : window->frames.end() - 2;
-  const auto next = leaving + 1;
-  ForgetObservations(leaving->id, &DepthInCamera, window);
-  if (flag == MarginalizationFlag::kSecondNew) leaving->imu->Append(*next->imu);
-  next->imu = flag == MarginalizationFlag::kOld ? nullptr : leaving->imu;
-  window->frames.erase(leaving);
+  auto& frames = window->frames;
+  const bool oldest = flag == MarginalizationFlag::kOld;
+  const size_t gone = oldest ? 0 : frames.size() - 2;
+  ForgetObservations(frames[gone].id, &DepthInCamera, window);
+  const auto joined = oldest ? nullptr : frames[gone].imu;
+  if (joined) joined->Append(*frames[gone + 1].imu);
+  frames[gone + 1].imu = joined;
+  frames.erase(frames.begin() + static_cast<ptrdiff_t>(gone));
 }
 
 // The prior on the vertices that the submission's is on; what it says is compared.

@@ -16,6 +16,7 @@ from ch5_backend.course.grading.toolchain import Built, Clock
 from ch5_backend.course.homework import judge as course_judge
 from ch5_backend.course.homework.blanks import explain
 from ch5_backend.course.homework.diagnosis import Verdict
+from ch5_backend.course.homework.blanks import DEEP
 from ch5_backend.course.homework.make_skeleton import skeleton
 from ch5_backend.course.homework.regions import FILES, STAGES, regions, solution_text, stage_of
 from ch5_backend.course.homework.samples import Sample, source
@@ -39,7 +40,7 @@ class Texts(unittest.TestCase):
                 todos = {region.todo for region in regions(solution_text(file)) if deep or region.kind == "SOLUTION"}
                 text = skeleton(file, deep=deep)
                 self.assertEqual(set(blanks_of(file, text)), todos)
-                self.assertEqual(mended(file, text, todos), source(file))
+                self.assertEqual(mended(file, text, todos), (DEEP if deep else "") + source(file))
 
     def test_blanks_are_found_whose_comments_are_deleted(self):
         for file in FILES:

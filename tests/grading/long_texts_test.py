@@ -1,5 +1,6 @@
 """A text that is made to be slow to read costs the grader no time: patterns take the square of a length, or more."""
 
+import io
 import time
 import unittest
 from pathlib import Path
@@ -19,7 +20,9 @@ def compiler_says(words: str):
 
 
 def ended(words: str):
-    return judge.ended_early(Path("worker"), {"file": "problem.cc"}, words, True, 1, 10.0, str)
+    printed = judge.Printed(io.BytesIO(words.encode()))
+    printed.join()
+    return judge.ended_early(Path("worker"), {"file": "problem.cc"}, printed, True, 1, 10.0, str)
 
 
 TEXTS = {

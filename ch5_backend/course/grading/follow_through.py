@@ -8,7 +8,7 @@ points passes every check, on the same cases, in the same sandbox; what such a p
 import difflib
 import re
 
-from ..homework.blanks import own_todo
+from ..homework.blanks import asks_deep, own_todo
 from ..homework.diagnosis import Verdict
 from ..homework.make_skeleton import skeleton
 from ..homework.regions import regions, solution_text
@@ -21,7 +21,7 @@ def blanks_of(file: str, text: str) -> dict:
     """{todo: (begin, end)} in lines of a student's file: what stands between the skeleton's lines on either side of a blank.
     Without the blanks around which these lines have been changed."""
     solved = {region.todo: region for region in regions(solution_text(file))}
-    deep = any(region.kind == "DEEP" and f"home work {todo}." in text for todo, region in solved.items())
+    deep = asks_deep(text.encode())
     blanks = [region for region in solved.values() if deep or region.kind == "SOLUTION"]
     lines = [line.strip() for line in text.splitlines()]
     found = {}

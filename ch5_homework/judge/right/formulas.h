@@ -1,5 +1,6 @@
 #pragma once
-/// The right formulas of all stages, as the handout writes them. A student's file must never reach them.
+/// The right formulas of all stages, as the handout writes them; NAME.cc has those of the student's NAME.cc. A student's file
+/// must never reach them.
 
 #include <vector>
 
@@ -17,6 +18,9 @@ using formula::Part;
 
 /// The rows of each pose and landmark.
 std::vector<Part> PartsOf(const Ordering& ordering, bool numbered = false);
+
+/// The rows of each vertex.
+std::vector<int> SizesOf(const std::vector<std::shared_ptr<Vertex>>& vertices);
 
 /// H + λD.
 MatXX Damped(const MatXX& H, double lambda, Damping damping);
