@@ -97,11 +97,11 @@ BlockSolve::BlockSolve(const System& system, const Ordering& ordering, double la
   const MatXX damped = Damped(system.H, lambda, damping);
   const std::vector<Part> parts = PartsOf(ordering, true);
   const std::vector<int> sizes = SizesOf(ordering.landmarks);
-  const Source H("H", damped, {{"7.without_lambda", system.H}}, parts), b_("b_", system.b, {}, parts);
+  const Source H("H", damped, {{"7.without_lambda", system.H}}, parts), rhs("b_", system.b, {}, parts);
 
   const Expression H_pp = H.Block("H_pp", 0, 0, p, p), H_pl = H.Block("H_pl", 0, p, p, m),
                    H_lp = H.Block("H_plᵀ", p, 0, m, p), H_ll = H.Block("H_ll", p, p, m, m),
-                   b_p = b_.Segment("b_p", 0, p), b_l = b_.Segment("b_l", p, m);
+                   b_p = rhs.Segment("b_p", 0, p), b_l = rhs.Segment("b_l", p, m);
   const Sights sights{damped, system.H, system.b, ordering};
   S = {H_pp - H_pl * Inverse(H_ll, sizes) * H_lp, {}, {SchurLoop(sights, Value(H_pp))}};
   b_S = {b_p - H_pl * Inverse(H_ll, sizes) * b_l, {}, {ReducedLoop(sights, Value(b_p))}};

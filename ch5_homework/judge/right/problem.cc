@@ -24,11 +24,11 @@ SchurSolve::SchurSolve(const System& system, const Ordering& ordering, double la
                   {"1.2.with_lambda_twice", 2.0 * damped - system.H},
                   {"1.2.with_other_damping", Damped(system.H, lambda, other)}},
                  parts);
-  const Source b_("b_", system.b, {}, parts);
+  const Source rhs("b_", system.b, {}, parts);
 
   const Expression H_pp = H.Block("H_pp", 0, 0, p, p, "1.2b"), H_pm = H.Block("H_pm", 0, p, p, m, "1.2a"),
                    H_mp = H.Block("H_mp", p, 0, m, p, "1.2a"), H_mm = H.Block("H_mm", p, p, m, m, "1.2a"),
-                   b_p = b_.Segment("b_p", 0, p, "1.2a"), b_m = b_.Segment("b_m", p, m, "1.2a");
+                   b_p = rhs.Segment("b_p", 0, p, "1.2a"), b_m = rhs.Segment("b_m", p, m, "1.2a");
   const Expression H_mm_inverse = WrittenAt("1.2d 1.2b", Inverse(H_mm, SizesOf(ordering.landmarks)));
   const Expression tempH = Named(H_pm * H_mm_inverse, "tempH");
 
@@ -39,7 +39,7 @@ SchurSolve::SchurSolve(const System& system, const Ordering& ordering, double la
   const Expression x_p = Matrix("Δx_p", Solve(Value(S.right), Value(b_S.right)));
   const Expression of_landmarks =
       WrittenAt("1.2c", WrittenAt("1.2c", Inverse(H_mm, SizesOf(ordering.landmarks))) * (b_m - H_mp * x_p));
-  const Expression dense = Inverse(H.Block("H", 0, 0, n, n, "1.2a")) * b_.Segment("b_", 0, n, "1.2b");
+  const Expression dense = Inverse(H.Block("H", 0, 0, n, n, "1.2a")) * rhs.Segment("b_", 0, n, "1.2b");
   delta_x = {Stack({x_p, of_landmarks}), {b_p, Named(b_S.right, "b_pp_schur_"), H_pm, tempH}, {dense}};
 }
 
