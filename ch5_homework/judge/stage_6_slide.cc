@@ -321,7 +321,7 @@ TEST(Stage6, TheWindowSlidesAgainAndAgain) {
   const std::vector<Flag> flags{Flag::kOld, Flag::kOld, Flag::kSecondNew, Flag::kOld, Flag::kSecondNew, Flag::kOld};
   VecX numbers(flags.size());
   std::transform(flags.begin(), flags.end(), numbers.data(), [](Flag flag) { return static_cast<double>(flag); });
-  const Answer answer = Ask("the window's slides", scene, {{"flags", numbers}});
+  const Answer answer = Ask("SlideRepeatedly", scene, {{"flags", numbers}});
   for (size_t k = 0; k < flags.size(); ++k) {
     const std::string of = std::to_string(k) + " ";
     scene.Step();

@@ -90,6 +90,10 @@ class Inside(unittest.TestCase):
         self.assertFalse(outcome.in_time)
         self.assertLess(outcome.cpu_seconds, 3.0)
 
+    def test_who_ends_in_words_when_its_processor_time_is_over_is_out_of_time(self):
+        outcome = shell("trap 'echo error: no such file; exit 1' XCPU; while :; do :; done", seconds=1)
+        self.assertEqual((outcome.exit_code, outcome.output, outcome.in_time), (1, "error: no such file\n", False))
+
     def test_a_sleeper_ends_by_the_wall_clock_even_if_it_ignores_signals(self):
         begin = time.monotonic()
         outcome = shell("trap '' TERM INT HUP XCPU; while :; do sleep 1; done", wall_seconds=1.0)

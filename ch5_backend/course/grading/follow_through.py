@@ -21,7 +21,7 @@ def blanks_of(file: str, text: str) -> dict:
     """{todo: (begin, end)} in lines of a student's file: what stands between the skeleton's lines on either side of a blank.
     Without the blanks around which these lines have been changed."""
     solved = {region.todo: region for region in regions(solution_text(file))}
-    deep = asks_deep(text.encode())
+    deep = asks_deep(text.encode("utf-8", "surrogateescape"))
     blanks = [region for region in solved.values() if deep or region.kind == "SOLUTION"]
     lines = [line.strip() for line in text.splitlines()]
     found = {}

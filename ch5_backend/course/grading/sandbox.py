@@ -112,7 +112,8 @@ class Sandbox:
         cpu, code = max(used.ru_utime + used.ru_stime, watch.spent if late.is_set() else 0.0), process.returncode
         if code > 128 and code - 128 in signal.valid_signals():  # as bwrap and shells say it
             code = 128 - code
-        in_time = not late.is_set() and code != -signal.SIGXCPU and cpu < self.limits.seconds + 1
+        # Who has used up all its seconds was ended for it, even if it has caught the signal and ended in words of its own.
+        in_time = not late.is_set() and code != -signal.SIGXCPU and cpu < self.limits.seconds
         stalled = late.is_set() and cpu < self.limits.seconds and watch.own() < self.limits.wall_seconds / 2
         return Outcome(code, output, in_time, cpu, used.ru_maxrss / 1024, stalled)
 

@@ -208,7 +208,7 @@ void SlideAgainAndAgain(const Submission& student, const Values& given, Answer* 
                 {"DropSet", &Drop},
                 {"SlideWindow", &Slide},
                 {"DetectFailure", &Detect},
-                {"the window's slides", &SlideAgainAndAgain}}));
+                {"SlideRepeatedly", &SlideAgainAndAgain}}));
 
 }  // namespace
 }  // namespace ch5::homework
