@@ -31,9 +31,10 @@ if(CH5_SANITIZE)
   target_link_libraries(samples PRIVATE ch5_warnings)
   target_link_libraries(homework_samples PRIVATE ch5_warnings)
 endif()
-# Brings ch5_homework/mistakes/answers.csv up to date, in a minute and a half.
+# Brings ch5_homework/mistakes/answers.csv and ch5_homework/exercised.csv up to date, in a minute and a half.
 add_custom_target(answers VERBATIM
-  COMMAND ${ch5_python_module} tests.homework.run_samples --write $<TARGET_FILE:homework_samples> ${mistake_files})
+  COMMAND ${ch5_python_module} tests.homework.run_samples --write $<TARGET_FILE:homework_samples> ${mistake_files}
+  COMMAND ${ch5_python_module} tests.homework.run_samples --write $<TARGET_FILE:homework_samples> blanks)
 add_executable(test_formula formula_test.cc $<FILTER:$<TARGET_OBJECTS:stage_tests_common>,EXCLUDE,/main[.]cc> ${scene_objects})
 target_link_libraries(test_formula PRIVATE ch5_backend ch5_test_settings GTest::gtest GTest::gtest_main)
 target_precompile_headers(test_formula REUSE_FROM ch5_test_pch)

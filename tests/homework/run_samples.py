@@ -3,7 +3,7 @@
 
 FILE is a .mistakes or .samples file, or "blanks" for the reference and every single blank TODO. Exit code 0 if each verdict is
 the expected one and can be told in every language, no right sample comes within ten times a tolerance, answers.csv has the
-answers of the wrong ones as they are, and NAMED of these say what the mistake is, not only where it shows.
+answers of the wrong ones as they are, exercised.csv what blanks the checks end in, and NAMED of these say what the mistake is, not only where it shows.
 EXECUTABLE is homework_samples, which judges as ./course check does; or, with --worker worker_samples, homework_judge.
 """
 
@@ -16,7 +16,7 @@ from tests.homework.chinese import english_in
 from tests.homework.samples import blank_samples
 from ch5_backend.course.base.cmake_build import BUILD
 from ch5_backend.course.base.language import LANGUAGES, speaker
-from ch5_backend.course.homework import answers, judge as course_judge
+from ch5_backend.course.homework import answers, judge as course_judge, ticks
 from ch5_backend.course.homework.diagnosis import SYMPTOMS, cause_of, in_full, in_short
 from ch5_backend.course.homework.regions import STAGES
 from ch5_backend.course.homework.samples import Sample, read_samples
@@ -81,6 +81,17 @@ def is_stale(one: Sample, diagnosis: dict) -> str:
                  if key != "fingerprint" and value != getattr(row, key)), "")
 
 
+def ends_in_blanks(executable: Path) -> dict:
+    """{(stage, check): the TODOs that it ends in where they are the only blank}"""
+    found = {}
+    for one in blank_samples():
+        for stage in one.stages:
+            for test in course_judge.every_test(executable.resolve(), stage, [f"--submission={one.name}"]):
+                if test.get("failures") and ticks.ends_in_a_blank(test):
+                    found.setdefault((stage["id"], test["name"]), set()).add(one.todo)
+    return found
+
+
 def stages_of(one: Sample, own: bool) -> list:
     """The stages in which it is judged: those of its files, or only those whose verdict or code is its own."""
     files = {stage["file"] for stage in one.stages}
@@ -95,8 +106,11 @@ def main() -> int:
     parser.add_argument("--worker", type=Path)
     parser.add_argument("--seed", type=int, action="append", help="may be repeated: right samples are judged with each")
     parser.add_argument("--own", action="store_true", help="only the stages whose verdict or code is the sample's")
-    parser.add_argument("--write", action="store_true", help="write answers.csv anew, of the mistakes in these files")
+    parser.add_argument("--write", action="store_true", help="write answers.csv anew, of the mistakes in these files; exercised.csv of blanks")
     asked = parser.parse_args()
+    if asked.write and asked.files == ["blanks"]:
+        ticks.write_table(ends_in_blanks(asked.executable))
+        return 0
     samples = []
     for file in asked.files:
         samples += [Sample("linked"), *blank_samples()] if file == "blanks" else read_samples(Path(file))
@@ -107,6 +121,8 @@ def main() -> int:
         verdicts = list(pool.map(lambda case: judge(asked, *case), cases))
     differences = [difference for difference, _ in verdicts if difference]
     wrong = [(one, diagnosis) for (one, stage, _), (_, diagnosis) in zip(cases, verdicts) if one.verdict(stage)[0] == "wrong"]
+    if "blanks" in asked.files and not asked.worker and ends_in_blanks(asked.executable) != ticks.exercised():
+        differences.append(f"exercised.csv is stale; cmake --build {BUILD} --target answers makes it anew")
     if asked.write:
         rows = [answers.row_of(one, diagnosis) for one, diagnosis in wrong]
         answers.write_table(rows)

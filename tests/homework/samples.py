@@ -28,7 +28,7 @@ def blank_samples() -> list:
     blanks = []
     for region in (region for name in FILES for region in regions(solution_text(name))):
         blanks.append(Sample("blank_" + region.todo.replace(".", "_"), "not-started", sentence("judge.not_started", todo=region.todo),
-                             {f"REGION {region.todo}": region.blank()}))
+                             {f"REGION {region.todo}": region.blank()}, region.todo))
     return blanks
 
 

@@ -13,15 +13,18 @@ from ..base.cmake_build import BIN, BUILD, HOMEWORK, ROOT, build
 from .compiler import does_not_compile, shown, warnings
 from ..base.errors import CourseError
 from .diagnosis import SHOWN_LINES, Verdict, cause_of, in_full, in_short
-from .judge import in_bytes, judge, not_started
+from .judge import every_test, in_bytes, judge, not_started
 from .make_skeleton import holds_work
 from .names import namesake, plain
 from .regions import NAME_CAUSE_AT_FAILURE, STAGES, covers, todos_of
+from .ticks import EMPTY, RIGHT, WAITS, WRONG, ticks
 from ..base.language import Speaker, fold, pad, sentence, speaker
 
 COLORS = {"right": "32", "wrong": "31", "crashes": "31", "times-out": "31", "does-not-compile": "31",
            "not-started": "33"}
 MARKS = {"right": "✓", "not-started": "·"}
+TICK_NAMES = {RIGHT: "right", WRONG: "wrong", EMPTY: "empty", WAITS: "not judged"}  # as scripts read them
+TICK_COLORS = {RIGHT: "right", WRONG: "wrong", EMPTY: "not-started"}
 STATE_WIDTH = 16  # columns
 LONGEST_PRINTED = 400  # of a line that the student's code has printed, in a pipe
 
@@ -44,7 +47,9 @@ def run_status(as_json: bool, language: str) -> int:
     open_stages = [stage["id"] for stage, verdict in zip(stages, verdicts) if verdict.state != "right"]
     following = sentence("status.next", command=f"./course check {open_stages[0]}") if open_stages else sentence("check.last_stage")
     out = sys.stderr if as_json else sys.stdout
-    said = (say("status.right", n=len(stages) - len(open_stages), all=len(stages)), points(open_stages, say), say.text(following))
+    marks = [mark for stage, verdict in zip(stages, verdicts) for mark in (verdict.todos or dict.fromkeys(stage["todos"], WAITS)).values()]
+    said = (say("status.right", n=len(stages) - len(open_stages), all=len(stages), m=marks.count(RIGHT), todos=len(marks)),
+            points(open_stages, say), say.text(following))
     print("\n" + fitted(("" if say.language == "zh" else " ").join(said), out), file=out)
     return 0
 
@@ -86,7 +91,7 @@ def untouched_stage(stage: dict) -> Verdict:
     """The verdict on a stage of a skeleton: its first blank is not started."""
     throws = dict(re.findall(r'throw HomeworkMissing\("(\S+) (.*)"', (folder() / stage["file"]).read_text(encoding="utf-8")))
     todo = next(todo for todo in throws if todo in todos_of(stage))
-    return Verdict("not-started", not_started(todo, throws[todo]))
+    return Verdict("not-started", not_started(todo, throws[todo]), todos={todo: EMPTY for todo in throws if todo in todos_of(stage)})
 
 
 def with_namesake(verdict: Verdict, file: str) -> Verdict:
@@ -100,8 +105,12 @@ def with_namesake(verdict: Verdict, file: str) -> Verdict:
 
 
 def judge_stage(stage: dict, options) -> Verdict:
-    verdict = judge(BIN / target(stage["file"]), stage, options=options)
-    return blanks.explain(verdict, stage, blanks.content_of(folder() / stage["file"]))
+    executable, content = BIN / target(stage["file"]), blanks.content_of(folder() / stage["file"])
+    verdict = judge(executable, stage, options=options)
+    tests = every_test(executable, stage, options) if verdict.tests and verdict.state != "right" else verdict.tests
+    verdict = blanks.explain(verdict, stage, content)
+    blamed = verdict.diagnosis.get("todo", "") if verdict.state != "not-started" else ""
+    return verdict._replace(todos=ticks(stage, tests, content or b"", blamed))
 
 
 def report(stages: list, verdicts: list, as_json: bool, tell_one, say: Speaker) -> None:
@@ -110,7 +119,8 @@ def report(stages: list, verdicts: list, as_json: bool, tell_one, say: Speaker) 
     for stage, verdict in zip(stages, verdicts):
         tell_one(stage, verdict, out, say)
     if as_json:
-        jsonout.emit({"stages": [{"id": stage["id"], "state": verdict.state, "hint": in_short(verdict.diagnosis, say)}
+        jsonout.emit({"stages": [{"id": stage["id"], "state": verdict.state, "hint": in_short(verdict.diagnosis, say),
+                                  "todos": {todo: TICK_NAMES[mark] for todo, mark in verdict.todos.items()}}
                                  for stage, verdict in zip(stages, verdicts)]})
 
 
@@ -179,6 +189,7 @@ def tell_line(stage: dict, verdict: Verdict, out, say: Speaker) -> None:
     title = f"{say('title.' + stage['id'])}  ({stage['file']})"
     narrow = out.isatty() and shutil.get_terminal_size().columns < 100
     print(f"{stage['id']:<4} {state}" + ("\n       " if narrow else "  ") + title, file=out)
+    tell_ticks(verdict, "       ", out, say)
     if verdict.diagnosis:
         print(fitted(f"       {in_short(verdict.diagnosis, say)}", out), file=out)
 
@@ -187,12 +198,21 @@ def tell(stage: dict, verdict: Verdict, out, say: Speaker) -> None:
     """The verdict of ./course check, all that it says, and what to do next."""
     head = f"{MARKS.get(verdict.state, '✗')} {stage['id']} {state_of(verdict, say)}"
     print(f"{paint(head, verdict.state, out)}   {say('title.' + stage['id'])}", file=out)
+    tell_ticks(verdict, "  ", out, say)
     tell_printed(verdict, out, say)
     words = in_full(verdict.diagnosis, verdict.output, say)
     print("\n" + fitted(indent(words), out) + "\n" if verdict.state != "right" else "", file=out, end="")
     if verdict.state not in ("right", "not-started"):
         tell_warnings(stage["file"], out, say)
     print(fitted(f"  {say.text(next_step(stage, verdict))}", out) + "\n", file=out)
+
+
+def tell_ticks(verdict: Verdict, indented: str, out, say: Speaker) -> None:
+    """A mark for each TODO, once one of them is more than empty and the stage is not right yet."""
+    marks = set(verdict.todos.values())
+    if marks - {EMPTY} and marks != {RIGHT}:
+        line = "  ".join(f"{todo} {paint(mark, TICK_COLORS[mark], out) if mark in TICK_COLORS else mark}" for todo, mark in verdict.todos.items())
+        print(indented + line + (f"   ({say('check.todo_waits')})" if WAITS in marks else ""), file=out)
 
 
 def tell_printed(verdict: Verdict, out, say: Speaker) -> None:

@@ -24,6 +24,7 @@ class Verdict(NamedTuple):
     printed: str = ""     # what the student's own code has printed in the test that failed
     printed_bytes: int = 0  # all of it, of which `printed` holds the beginning and the end
     tests: tuple = ()     # what GoogleTest reports of each test that was run
+    todos: dict = {}      # {todo: its mark}, see ticks.py
 
 
 def because(name: str, /, **arguments) -> dict:

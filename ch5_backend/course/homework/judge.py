@@ -74,6 +74,11 @@ def judge(executable: Path, stage: dict, time_limit: float = TIME_LIMIT, options
     return verdict._replace(diagnosis=answers.named(verdict.diagnosis, usual.diagnosis))
 
 
+def every_test(executable: Path, stage: dict, options=()) -> tuple:
+    """What GoogleTest reports of all tests of a stage, also of those after the first that fails; () if one ends the program."""
+    return run_tests(executable, stage, TIME_LIMIT, options, (), None, False, None).tests
+
+
 def failed_in(tests: tuple) -> str:
     """The name of the first test that has failed."""
     return next((test["name"] for test in tests if test.get("failures")), "")

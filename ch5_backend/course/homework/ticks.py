@@ -1,0 +1,54 @@
+"""A mark for each TODO of a stage: right, wrong, empty, or not judged yet.
+
+ch5_homework/exercised.csv has the TODOs whose lines each check runs; `cmake --build build/release --target answers` makes it from
+the reference with one blank at a time. A TODO is right if a check that runs its lines passes and none blames it, and wrong if a
+check that fails names it; it waits as long as those that run its lines end in others' or say nothing.
+"""
+
+import csv
+import json
+import re
+from functools import lru_cache
+
+from .blanks import asks_deep, own_todo
+from .regions import ROOT, todos_of
+
+TABLE = ROOT / "ch5_homework" / "exercised.csv"
+RIGHT, WRONG, EMPTY, WAITS = MARKS = ("✓", "✗", "·", "?")
+
+
+@lru_cache
+def exercised() -> dict:
+    """{(stage, check): the TODOs whose lines it runs}"""
+    with open(TABLE, newline="", encoding="utf-8") as file:
+        return {(row["stage"], row["check"]): set(row["todos"].split()) for row in csv.DictReader(file)}
+
+
+def write_table(rows: dict) -> None:
+    with open(TABLE, "w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(("stage", "check", "todos"))
+        writer.writerows([stage, check, " ".join(sorted(todos))] for (stage, check), todos in sorted(rows.items()))
+
+
+def ticks(stage: dict, tests, content: bytes, first: str = "") -> dict:
+    """{todo: mark} of the blanks that this file has, from what GoogleTest reports of all checks of a stage; `first` is the TODO
+    that the verdict blames for the first one that fails, by more than that check can see."""
+    asked = todos_of(stage) if asks_deep(content) else stage["todos"]
+    empty = {todo for todo in asked if f'throw HomeworkMissing("{todo} '.encode() in content}
+    lines_of = [(test, exercised().get((stage["id"], test["name"]), set()) & {*asked}) for test in tests]
+    passed = set().union(*(lines for test, lines in lines_of if not test.get("failures")))
+    blamed, doubted = set(), set()
+    for test, lines in lines_of:
+        if not test.get("failures") or ends_in_a_blank(test) or lines & blamed:  # what runs wrong lines says nothing of the others
+            continue
+        named, first = first or own_todo(json.loads(test.get("diagnosis", "{}")).get("todo", ""), content), ""
+        if named or len(lines - passed) == 1:  # where all lines but one's are right, it is that one
+            blamed |= {named} if named else lines - passed
+        else:
+            doubted |= lines
+    return {todo: EMPTY if todo in empty else WRONG if todo in blamed else RIGHT if todo in passed - doubted else WAITS for todo in asked}
+
+
+def ends_in_a_blank(test: dict) -> bool:
+    return bool(re.search(r"TODO \S+ ?.* is not started", test["failures"][0]["failure"]))

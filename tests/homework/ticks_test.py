@@ -1,0 +1,63 @@
+"""A mark for each TODO, from the checks that run its lines."""
+
+import json
+import unittest
+
+from ch5_backend.course.grading.rubric import read_rubric
+from ch5_backend.course.homework.make_skeleton import skeleton
+from ch5_backend.course.homework.regions import STAGES, todos_of
+from ch5_backend.course.homework.ticks import exercised, ticks
+
+STAGE = {stage["id"]: stage for stage in STAGES}
+
+
+def failing(name: str, todo: str = "", blank: str = "") -> dict:
+    words = f'C++ exception with description "TODO {blank} somewhere is not started" thrown' if blank else "what is wrong"
+    return {"name": name, "failures": [{"failure": words}], **({"diagnosis": json.dumps({"todo": todo})} if todo else {})}
+
+
+def passing(*names) -> list:
+    return [{"name": name} for name in names]
+
+
+class Ticks(unittest.TestCase):
+    EMPTY, FULL = skeleton("vins_window.cc").encode(), b""
+
+    def marks(self, tests: list, content: bytes = FULL, stage: str = "6") -> str:
+        return "".join(ticks(STAGE[stage], tests, content).values())
+
+    def test_the_table_knows_every_check_and_every_todo(self):
+        self.assertEqual({(stage, check) for stage, checks in read_rubric().items() for check in checks} - set(exercised()), set())
+        for stage in STAGES:
+            self.assertEqual(set().union(*(todos for (of, _), todos in exercised().items() if of == stage["id"])), {*todos_of(stage)})
+
+    def test_what_is_right_has_a_tick_while_another_blank_is_empty(self):
+        without_6c = [line for line in self.EMPTY.split(b"\n") if b"HomeworkMissing" not in line or b'"6c ' in line]
+        tests = [*passing("RemembersTheFreeBlocks", "EvaluatesEachResidual"), failing("AOfOneResidual", blank="6c"), *passing("FactorsARegularSystem")]
+        self.assertEqual(self.marks(tests, b"\n".join(without_6c)), "✓✓·?✓?????")
+
+    def test_an_empty_file_has_no_tick(self):
+        self.assertEqual(self.marks([failing("RemembersTheFreeBlocks", blank="6a")], self.EMPTY), "·" * 10)
+
+    def test_a_check_that_names_a_todo_blames_it(self):
+        tests = [*passing("RemembersTheFreeBlocks"), failing("AOfOneResidual", "6c"), failing("EqualsADenseSchurComplement", "6d")]
+        self.assertEqual(self.marks(tests)[:4], "✓✓✗?", "what runs wrong lines says nothing of the others")
+
+    def test_the_verdict_knows_more_than_its_check(self):
+        tests = [*passing("RemembersTheFreeBlocks"), failing("AOfOneResidual", "6c")]
+        self.assertEqual("".join(ticks(STAGE["6"], tests, b"", "6a").values())[:3], "✗✓?")
+
+    def test_the_only_lines_that_are_not_known_to_be_right_are_wrong(self):
+        self.assertEqual(self.marks([*passing("RemembersTheFreeBlocks"), failing("AOfOneResidual")])[:3], "✓✓✗")
+
+    def test_what_fails_without_a_name_leaves_its_lines_in_doubt(self):
+        tests = [*passing("RemembersTheFreeBlocks", "AOfOneResidual"), failing("AOfManyResiduals")]
+        self.assertEqual(self.marks(tests)[:3], "???")
+
+    def test_the_second_depth_has_marks_of_its_own(self):
+        deep = skeleton("vins_window.cc", deep=True).encode()
+        self.assertEqual((len(self.marks([], self.FULL)), len(self.marks([], deep))), (10, 11))
+
+
+if __name__ == "__main__":
+    unittest.main()
