@@ -113,7 +113,7 @@ class EndToEnd(unittest.TestCase):
         told = course("check", *causes, "--language", "zh").stdout
         self.assertEqual(english_in(told), "", told)
         for stage, words in causes.items():
-            self.assertRegex(told, rf"✗ {stage} 错误[^✗]*原因 +[^✗]*{words}", told)
+            self.assertRegex(told, rf"(?s)✗ {stage} 错误((?!\n[✗✓·] ).)*原因 +((?!\n[✗✓·] ).)*{words}", told)
         status = course("status", "--language", "zh").stdout
         self.assertEqual(english_in(status), "", status)
         for words in (*causes.values(), "1.2  ✓ 正确"):

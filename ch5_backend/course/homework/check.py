@@ -208,9 +208,9 @@ def tell(stage: dict, verdict: Verdict, out, say: Speaker) -> None:
 
 
 def tell_ticks(verdict: Verdict, indented: str, out, say: Speaker) -> None:
-    """A mark for each TODO, once one of them is more than empty and the stage is not right yet."""
+    """A mark for each TODO of several, once one is more than empty and the stage is not right yet."""
     marks = set(verdict.todos.values())
-    if marks - {EMPTY} and marks != {RIGHT}:
+    if marks - {EMPTY} and marks != {RIGHT} and len(verdict.todos) > 1:
         line = "  ".join(f"{todo} {paint(mark, TICK_COLORS[mark], out) if mark in TICK_COLORS else mark}" for todo, mark in verdict.todos.items())
         print(indented + line + (f"   ({say('check.todo_waits')})" if WAITS in marks else ""), file=out)
 
