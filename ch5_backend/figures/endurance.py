@@ -14,7 +14,7 @@ def draw(directory):
                                          ("frame", "milliseconds"))):
             axes.plot(rows[x], rows[y], color=COLORS[name], label=NAMES[name],
                       linewidth=width if axes is panels[0] else 1.3)
-    for axes, (x, title) in zip(panels, (("images", "resident memory [MB]"), ("distance traveled [m]", "distance from the truth [m]"),
+    for axes, (x, title) in zip(panels, (("images", "resident memory [MB]"), ("distance traveled [m]", "distance from the truth [m],\naligned over the first minute"),
                                          ("images", "time per image [ms]"))):
         axes.set(xlabel=x, title=title)
         axes.set_ylim(bottom=0)

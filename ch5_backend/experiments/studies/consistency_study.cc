@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <mutex>
 #include <thread>
 
@@ -124,11 +125,11 @@ std::vector<ConsistencyResult> RunConsistencyStudy(const ConsistencyOptions& opt
 
 namespace {
 
-// Standard error of the mean of independent values.
+// Standard error of the mean of independent values; of one value there is none.
 double StandardError(const std::vector<double>& values) {
   const auto v = Eigen::Map<const VecX>(values.data(), static_cast<Eigen::Index>(values.size()));
   const double n = static_cast<double>(values.size());
-  return n > 1.0 ? (v.array() - v.mean()).matrix().norm() / std::sqrt(n * (n - 1.0)) : 0.0;
+  return n > 1.0 ? (v.array() - v.mean()).matrix().norm() / std::sqrt(n * (n - 1.0)) : std::numeric_limits<double>::quiet_NaN();
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <limits>
 #include <optional>
 #include <stdexcept>
 
@@ -31,7 +32,7 @@ Recording Simulate(const EnduranceOptions& options) {
 double ResidentMegabytes() {
   std::ifstream statm("/proc/self/statm");
   double total = 0.0, resident = 0.0;
-  statm >> total >> resident;
+  if (!(statm >> total >> resident)) return std::numeric_limits<double>::quiet_NaN();
   return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e6;
 }
 
@@ -48,7 +49,7 @@ void RunPolicy(const Recording& recording, const EnduranceOptions& options, std:
   Estimator estimator(EstimatorOptions{recording.calibration}, std::move(policy));
   const std::string name = estimator.Policy().Name();
   std::vector<StampedState> first_minute;
-  YawTransform to_truth;
+  std::optional<YawTransform> to_truth;  // over the first minute
   bool aligned = false;
   std::optional<Vec3> last;  // of the true positions
   int frame = 0;
@@ -68,8 +69,8 @@ void RunPolicy(const Recording& recording, const EnduranceOptions& options, std:
       first_minute = {};
     }
     if (frame % options.sample_every != 0) return;
-    const double error =
-        row.report.state && aligned ? (to_truth * row.report.state->T_W_B.p - truth.T_W_B.p).norm() : 0.0;
+    const double error = row.report.state && to_truth ? (*to_truth * row.report.state->T_W_B.p - truth.T_W_B.p).norm()
+                                                      : std::numeric_limits<double>::quiet_NaN();
     rows->push_back({name, frame, row.t, distance, error, ResidentMegabytes(), 1e3 * seconds / options.sample_every,
                      estimator.Restarts()});
     seconds = 0.0;

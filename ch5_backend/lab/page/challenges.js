@@ -4,6 +4,7 @@
 //   keep     figures that may be seen before the prediction
 //   options  predictions; a word names a text, a number is itself
 //   right    which of them is right
+//   number   [now, goal], where one number tells how far it is
 //   solved   whether the picture's answer `a` at `values` does what is asked for
 
 const decades = (from, to) => Array.from({length: to - from + 1}, (_, i) => `1e${from + i}`.replace(/^1e0$/, "1"));
@@ -21,24 +22,27 @@ const CHALLENGES = [
     id: "weight", panel: "solve", start: {start: "0.1", information: "noise", damping: "diagonal"}, keep: [],
     options: ["0", "1e1", "1e5", "1e10"],
     right: async ask => largest(await each(["0", "1e1", "1e5", "1e10"], async weight => (await ask({weight})).iterations)),
-    solved: async (a, values, ask) =>
-      a.iterations >= Math.max(...await each(decades(-3, 10), async weight => (await ask({weight})).iterations)),
+    number: async (a, ask) => [a.iterations, Math.max(...await each(decades(-3, 10), async weight => (await ask({weight})).iterations))],
+    solved: (a, values, ask, [now, goal]) => now >= goal,
   },
   {
     id: "gauge", panel: "solve", start: {}, keep: ["scene", "observations"], options: ["0", "3", "6", "7"],
     right: async ask => [0, 3, 6, 7].indexOf((await ask({gauge: "free"})).null_H),
-    solved: async (a, values, ask) => values.motion === "arc" && a.null_H === (await ask({gauge: "free"})).null_H,
+    number: async (a, ask) => [a.null_H, (await ask({gauge: "free"})).null_H],
+    solved: (a, values, ask, [now, goal]) => values.motion === "arc" && now === goal,
   },
   {
     id: "rotation", panel: "solve", start: {gauge: "fixed", frames: "2"}, keep: ["scene", "observations", "H"],
     options: ["0", "1", "7", "20"],
     right: async ask => [0, 1, 7, 20].indexOf((await ask({motion: "turn"})).null_H),
-    solved: a => a.null_H >= a.truth.points.length,
+    number: a => [a.null_H, a.truth.points.length],
+    solved: (a, values, ask, [now, goal]) => now >= goal,
   },
   {
     id: "baseline", panel: "solve", start: {gauge: "fixed", frames: "2"}, keep: ["scene"], options: ["nearer", "farther"],
     right: async ask => largest(await each(["1:1.9:-4.6", "1:-1.9:3.6"], async cameras => (await ask({cameras})).rmse_point)),
-    solved: async (a, values, ask) => a.rmse_point >= 4 * (await ask({})).rmse_point && values.noise === "0.001",
+    number: async (a, ask) => [a.rmse_point, 4 * (await ask({})).rmse_point],
+    solved: (a, values, ask, [now, goal]) => now >= goal && values.noise === "0.001",
   },
   {
     id: "fewest", panel: "solve", start: {gauge: "fixed", points: "6"}, keep: ["scene", "observations"],
@@ -55,13 +59,14 @@ const CHALLENGES = [
       const {values, cols, rows} = (await ask({})).residuals;
       return largest(values) === (rows - 1) * cols ? 0 : 1;  // the last frame's of landmark 0
     },
-    solved: async (a, values, ask) => values.outliers === "1" && values.without.split(",").length === 1
-      && a.observation_cost < 0.2 * (await ask({})).observation_cost,
+    number: async (a, ask) => [a.observation_cost, 0.2 * (await ask({})).observation_cost],
+    solved: (a, values, ask, [now, goal]) => values.outliers === "1" && values.without.split(",").length === 1 && now < goal,
   },
   {
     id: "reject", panel: "steps", start: {start: "0.8", stop: "judge"}, keep: [], options: ["1e-12", "1e-5", "1"],
     right: async ask => largest(await each(["1e-12", "1e-5", "1"], async tau => rejected(await ask({tau})))),
-    solved: (a, values) => values.algorithm === "lm" && rejected(a) > 0,
+    number: a => [rejected(a), 1],
+    solved: (a, values, ask, [now, goal]) => values.algorithm === "lm" && now >= goal,
   },
   {
     id: "fill", panel: "marginalize", start: {}, keep: ["H.before"], options: ["landmark.0", "pose.0", "pose.2"],

@@ -55,10 +55,10 @@ function writeNumbers(context, M, scale, fill) {
 // Blue for positive entries, red for negative ones, stronger the larger; yellow where `fill` says that a zero was filled.
 // `tell(row, column)` hears of the entry under the pointer or, by arrow keys, under the cursor, which goes from variable to
 // variable; `tell(-1)` that there is none; `act(row, column)` of a click or the Enter key.
-function matrix(M, {variables = [], fill = null, label, act = null, tell = () => {}}) {
+function matrix(M, {variables = [], fill = null, label, id, act = null, tell = () => {}}) {
   const scale = Math.max(1, Math.floor((M.rows <= 6 ? 840 : 480) / Math.max(M.rows, 1)));
   const canvas = element("canvas", {width: scale * M.cols, height: scale * M.rows, role: "application", "aria-label": label,
-    tabindex: 0});
+    tabindex: 0, id});
   const context = canvas.getContext("2d");
   const largest = M.values.reduce((most, value) => Math.max(most, Math.abs(value)), 0);
   const [blue, red, yellow, line] = ["--blue", "--red", "--yellow", "--line"].map(color);
@@ -81,6 +81,9 @@ function matrix(M, {variables = [], fill = null, label, act = null, tell = () =>
   return canvas;
 }
 
+// Where the arrow keys stand in each grid, by its id: it is drawn anew at every change.
+const cursors = new Map();
+
 // A grid of rows × columns, walked through by pointer and by arrow keys; the keys go by blocks: [of rows, of columns].
 function explore(node, [rows, columns], blocks, tell, act) {
   const cell = event => {
@@ -88,10 +91,12 @@ function explore(node, [rows, columns], blocks, tell, act) {
     const at = (offset, size, count) => Math.min(count - 1, Math.max(0, Math.floor(offset / size * count)));
     return [at(event.clientY - box.top, box.height, rows), at(event.clientX - box.left, box.width, columns)];
   };
-  const here = [0, 0];
+  if (!cursors.has(node.id)) cursors.set(node.id, [0, 0]);
+  const here = cursors.get(node.id).map((block, axis) => Math.min(block, blocks[axis].length - 1));
   const entry = () => here.map((block, axis) => blocks[axis][block].row);
   const step = (axis, by) => {
     here[axis] = Math.min(Math.max(here[axis] + by, 0), blocks[axis].length - 1);
+    cursors.set(node.id, here);
     tell(...entry());
   };
   const keys = {ArrowUp: [0, -1], ArrowDown: [0, 1], ArrowLeft: [1, -1], ArrowRight: [1, 1]};

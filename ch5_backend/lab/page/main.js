@@ -148,15 +148,19 @@ function build() {
   return show();
 }
 
+// Each panel is found again as it was left.
+const addresses = {};
+
 function open(panel) {
-  location.hash = `panel=${panel}`;
+  addresses[state.panel] = location.hash;
+  location.hash = addresses[panel] ?? `panel=${panel}`;
   part(`tab-${panel}`).focus();
 }
 
 function reset() {
   const task = taskNow();
   Object.assign(state, {values: {...firstValues(state.panel), ...(task ? task.start : {})}, beside: null, ignored: []});
-  writeAddress();
+  writeAddress(true);
   build();
 }
 
@@ -174,7 +178,7 @@ const KEYS = {r: reset, c: compare, t: tasks, "?": help, ...Object.fromEntries(O
   [String(i + 1), () => open(panel)]))};
 addEventListener("keydown", event => {
   if (!KEYS[event.key] || event.ctrlKey || event.altKey || event.metaKey || event.target.tagName === "SELECT") return;
-  if (part("help").open && event.key !== "?") return;
+  if (!kept.keys || (part("help").open && event.key !== "?")) return;
   event.preventDefault();
   KEYS[event.key]();
 });
@@ -195,6 +199,8 @@ part("language").addEventListener("click", event => {
 for (const [id, act] of Object.entries({reset, compare, "show-help": help, "close-help": help})) {
   part(id).addEventListener("click", act);
 }
+part("keys").checked = kept.keys;
+part("keys").addEventListener("change", () => { kept.keys = part("keys").checked; keep(); });
 part("controls").addEventListener("submit", event => event.preventDefault());
 addEventListener("hashchange", () => { readAddress(); build(); });
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", show);

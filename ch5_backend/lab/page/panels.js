@@ -4,7 +4,7 @@
 const name = one => one.kind === "extrinsic" ? one.kind : say(`${one.kind}.n`, {n: one.number});
 
 // A matrix with a line below it that tells the entry under the pointer, which lights up its part of the scene.
-function told(key, title, M, variables, {rest, ...options} = {}) {
+function told(key, title, M, variables, {rest, id = `matrix-${key}`, ...options} = {}) {
   const words = rest || say("matrix.size", {rows: M.rows, cols: M.cols});
   const box = figure(key, title, words), line = box.lastChild;
   const tell = (row, column) => {
@@ -14,7 +14,7 @@ function told(key, title, M, variables, {rest, ...options} = {}) {
     line.textContent = row < 0 ? words : `${pair}(${row}, ${column}) = ${short(M.values[row * M.cols + column])}`;
   };
   line.setAttribute("aria-live", "polite");
-  box.insertBefore(matrix(M, {variables, tell, label: `${[title].flat().map(one => one.textContent ?? one).join("")}. ${words} ${text("matrix.keys")}`, ...options}), line);
+  box.insertBefore(matrix(M, {variables, tell, id, label: `${[title].flat().map(one => one.textContent ?? one).join("")}. ${words} ${text("matrix.keys")}`, ...options}), line);
   return box;
 }
 
@@ -116,7 +116,7 @@ function drawSolve(a, values, set) {
   if (a.spectrum_S) spectra.push({name: "S", values: a.spectrum_S, color: "--red", dots: true});
   return [
     sceneFigure(a, [["start.states", a.start, "--red", true], ["estimate", a.estimate, "--blue", false]],
-      say("scene.words", {at: short(a.rmse_position), aligned: short(a.rmse_position_aligned)}), values, set),
+      say("scene.words", {at: short(a.rmse_position), aligned: short(a.rmse_position_aligned), points: short(a.rmse_point)}), values, set),
     told("H", text("H"), a.H, a.variables.filter(one => one.row >= 0)),
     a.S.rows ? told("S", text("S"), a.S, posesOf(a.variables)) : null,
     observations(a, values, set),
@@ -289,7 +289,7 @@ function drawWindow(a) {
     return [
       figure("frames.of", say("frames.of", {policy: text(key)}), say("frames.words", {count: w.frames.length}),
         strip(w.frames, a.image, text("frames.legend"))),
-      w.H ? told("prior.of", say("prior.of", {policy: text(key)}), w.H, w.variables) : null,
+      w.H ? told("prior.of", say("prior.of", {policy: text(key)}), w.H, w.variables, {id: `matrix-prior-${key}`}) : null,
       figure("numbers.of", say("numbers.of", {policy: text(key)}), "", table(["", ""], rows.map(([word, value]) => [text(word), value]))),
     ];
   };

@@ -80,6 +80,8 @@ function makeHandle(node, kind, number, p, {move}) {
     event.preventDefault();
     move(kind, number, ...keys[event.key]);
   });
+  // A finger on a handle drags it; on the empty scene it scrolls the page. touch-action is not heard on SVG's shapes.
+  node.addEventListener("touchstart", event => event.preventDefault(), {passive: false});
   node.addEventListener("pointerdown", event => {
     event.preventDefault();
     const scale = node.ownerSVGElement.getScreenCTM().a * PIXELS;  // of the screen, for a meter

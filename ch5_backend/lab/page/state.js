@@ -63,13 +63,14 @@ function changes(panel, values) {
   return changed;
 }
 
-function writeAddress() {
+// `undoable`: the browser's Back brings back what was there.
+function writeAddress(undoable = false) {
   const address = new URLSearchParams({panel: state.panel});
   for (const [name, value] of changes(state.panel, state.values)) address.set(name, value);
   if (state.beside) address.set("beside", changes(state.panel, state.beside));
   if (state.task) address.set("task", state.task);
   if (new URLSearchParams(location.hash.slice(1)).has("lang")) address.set("lang", state.language);
-  history.replaceState(null, "", "#" + address.toString().replaceAll("%2C", ",").replaceAll("%3A", ":"));
+  history[undoable ? "pushState" : "replaceState"](null, "", "#" + address.toString().replaceAll("%2C", ",").replaceAll("%3A", ":"));
 }
 
 // What C++ is asked.

@@ -1,9 +1,9 @@
 "use strict";
 // The tasks beside the pictures: a prediction first, then a try, and what C++ says to it.
 
-// What has been predicted and solved stays in the browser, where it may: {guesses: {id: option}, solved: [id, …]}.
+// What has been predicted and solved stays in the browser, where it may: {guesses: {id: option}, solved: [id, …], keys: whether single keys work}.
 const KEPT = "ch5-lab-tasks";
-const kept = {guesses: {}, solved: []};
+const kept = {guesses: {}, solved: [], keys: true};
 try {
   Object.assign(kept, JSON.parse(localStorage.getItem(KEPT)) || {});
 } catch { /* then only for now */ }
@@ -85,7 +85,8 @@ async function tellPrediction(task, guess) {
 async function judge(answer, values) {
   const task = taskNow();
   if (!task || isVeiled()) return;
-  const solved = await task.solved(answer, values, asker(task));
+  const number = task.number && await task.number(answer, asker(task));
+  const solved = await task.solved(answer, values, asker(task), number);
   if (taskNow() !== task || values !== state.values || !part("verdict")) return;
   const isNew = solved && !kept.solved.includes(task.id);
   if (isNew) {
@@ -95,5 +96,6 @@ async function judge(answer, values) {
   }
   const isDone = kept.solved.includes(task.id);
   part("verdict").className = isDone ? "good" : "soft";
-  part("verdict").replaceChildren(...(isDone ? [text("task.solved"), " ", ...rich(`task.${task.id}.why`)] : [text("task.open")]));
+  const far = number ? [" ", say("task.number", {name: text(`task.${task.id}.number`), now: short(number[0]), goal: short(number[1])})] : [];
+  part("verdict").replaceChildren(...(isDone ? [text("task.solved"), " ", ...rich(`task.${task.id}.why`)] : [text("task.open"), ...far]));
 }
