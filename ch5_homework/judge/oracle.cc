@@ -3,17 +3,6 @@
 #include "ch5_backend/dense/block_diagonal.h"
 
 namespace ch5::homework {
-namespace {
-
-// Makes protected members of Problem reachable: `problem.*(&Access::b_)`.
-struct Access : Problem {
-  using Problem::b_;
-  using Problem::b_pp_schur_;
-  using Problem::Hessian_;
-};
-
-}  // namespace
-
 System StackedNormalEquations(const EdgeList& edges, int size, const std::function<int(const Vertex&)>& row_of) {
   int rows = 0;
   for (const auto& edge : edges) rows += edge->ResidualDimension();
@@ -77,12 +66,5 @@ System RandomSystem(const Ordering& ordering, Random* random) {
   system.H.bottomRightCorner(m, m) = H_mm;
   return system;
 }
-
-void SetSystem(const System& system, Problem* problem) {
-  problem->*(&Access::Hessian_) = system.H;
-  problem->*(&Access::b_) = system.b;
-}
-
-const VecX& ReducedRightHandSide(const Problem& problem) { return problem.*(&Access::b_pp_schur_); }
 
 }  // namespace ch5::homework

@@ -24,9 +24,4 @@ MatXX Differences(int size, const std::function<MatXX(const VecX& delta)>& f);
 /// A positive definite H with the ordering's structure (H_mm block diagonal) and b, all entries random.
 System RandomSystem(const Ordering& ordering, Random* random);
 
-/// Puts a system into a problem in place of MakeHessian's, so that stage 1.2 does not wait for stage 1.1.
-void SetSystem(const System& system, Problem* problem);
-/// b_p − H_pm H_mm⁻¹ b_m of the last SolveLinearSystem; Problem::SchurComplement() is its matrix.
-const VecX& ReducedRightHandSide(const Problem& problem);
-
 }  // namespace ch5::homework

@@ -3,45 +3,45 @@
 
 #include <gtest/gtest.h>
 
+#include "ch5_homework/judge/ask.h"
 #include "ch5_homework/judge/mistakes/assembly.h"
 #include "ch5_homework/judge/oracle.h"
 #include "ch5_homework/judge/scenes/bundle.h"
-#include "ch5_homework/judge/submission.h"
 
 namespace ch5::homework {
 namespace {
 
-// Compares H and b of a problem whose MakeHessian has been called; `before`: what an earlier call has left.
-void CheckSystem(const Graph& graph, const Problem& problem, const Text& scene, const System& before = {}) {
-  const System right = StackedNormalEquations(graph, problem.Size());
-  const Names names = RowNames(problem.GetOrdering());
-  const Loop loop{graph.Edges(), problem.Size()};
+// Compares H and b of MakeHessian; `before`: what an earlier call has left.
+void CheckSystem(const Graph& graph, const System& got, const Text& scene, const System& before = {}) {
+  const Ordering ordering = MakeOrdering(graph);
+  const System right = StackedNormalEquations(graph, ordering.Size());
+  const Names names = RowNames(ordering);
+  const Loop loop{graph.Edges(), ordering.Size()};
   const auto in_H = [&] {
     std::vector<Mistake> mistakes = MistakesInH(loop, "1.1a", "1.1b", "1.1c 1.1a");
     if (before.b.size() > 0) mistakes.push_back({"", {"1.1.not_zeroed", {{"it", Word("H")}}}, before.H + right.H});
-    if (problem.Hessian().rows() == problem.Size()) {
-      mistakes.push_back(FoundPlaces(loop, problem.Hessian(), "hessian", "1.1a", "1.1b"));
+    if (got.H.rows() == ordering.Size()) {
+      mistakes.push_back(FoundPlaces(loop, got.H, "hessian", "1.1a", "1.1b"));
     }
     return mistakes;
   };
-  Require("1.1", {"scene.H_of", {{"what", scene}}}, right.H, problem.Hessian(), names, in_H, 1e-10, "1.1a", "H");
+  Require("1.1", {"scene.H_of", {{"what", scene}}}, right.H, got.H, names, in_H, 1e-10, "1.1a", "H");
   const auto in_b = [&] {
     std::vector<Mistake> mistakes = MistakesInB("1.1d 1.1b", loop, -1.0, "formula.sign_of_b");
     if (before.b.size() > 0) mistakes.push_back({"", {"1.1.not_zeroed", {{"it", Word("b")}}}, before.b + right.b});
     return mistakes;
   };
-  Require("1.1", {"scene.b_of", {{"what", scene}}}, right.b, problem.RightHandSide(), names, in_b, 1e-10, "1.1b", "b");
+  Require("1.1", {"scene.b_of", {{"what", scene}}}, right.b, got.b, names, in_b, 1e-10, "1.1b", "b");
 }
 
-void CheckMakeHessian(Graph* graph, const Text& scene) {
-  const auto problem = Chosen().make_problem(graph);
-  problem->MakeHessian();
-  CheckSystem(*graph, *problem, scene);
+void CheckMakeHessian(Scene* scene, const Text& words) {
+  const Answer got = Ask("MakeHessian", *scene);
+  CheckSystem(scene->GetGraph(), {got["H"], got.Vector("b")}, words);
 }
 
 void CheckMakeHessian(const std::string& name, const Text& words) {
   GraphScene scene(name);
-  CheckMakeHessian(&scene.graph, words);
+  CheckMakeHessian(&scene, words);
 }
 
 TEST(Stage11, OneEdgeBetweenTwoPoses) { CheckMakeHessian("one edge", "1.1.one_edge_between_two_poses"); }
@@ -55,13 +55,13 @@ TEST(Stage11, TheSlidesChainOfThreeScalars) {
 
 TEST(Stage11, LandmarksOfDimensionOne) {
   BundleScene scene(3, Vary(5, 9, 17), false);
-  CheckMakeHessian(&scene.ba.graph, {"1.1.poses_and_inverse_depths", {{"n", Word(scene.ba.landmarks.size())}}});
+  CheckMakeHessian(&scene, {"1.1.poses_and_inverse_depths", {{"n", Word(scene.ba.landmarks.size())}}});
 }
 
 TEST(Stage11, LandmarksOfDimensionThree) {
   CheckMakeHessian("points and a depth", "1.1.points_and_an_inverse_depth");
   GraphScene light("light row", {false});
-  CheckMakeHessian(&light.graph, "scene.light_row");
+  CheckMakeHessian(&light, "scene.light_row");
 }
 
 TEST(Stage11, FixedVerticesHaveNoRows) { CheckMakeHessian("fixed vertices", "1.1.some_vertices_fixed"); }
@@ -70,12 +70,13 @@ TEST(Stage11, RobustLossWeighsTheEdges) { CheckMakeHessian("Cauchy losses", "1.1
 
 TEST(Stage11, SecondCallStartsAfresh) {
   BundleScene scene(4, Vary(120, 130, 18), true);
-  const auto problem = Chosen().make_problem(&scene.ba.graph);
-  problem->MakeHessian();
-  const System before{problem->Hessian(), problem->RightHandSide()};
-  problem->UpdateStates(VecX::Constant(problem->Size(), 1e-3));
-  problem->MakeHessian();
-  CheckSystem(scene.ba.graph, *problem, {"1.1.second_call", {{"n", Word(scene.ba.landmarks.size())}}}, before);
+  const double step = 1e-3;
+  const Answer got = Ask("MakeHessian", scene, {{"step", step}});
+  const System before{got["H before"], got.Vector("b before")};
+  const Ordering ordering = MakeOrdering(scene.ba.graph);
+  Update(ordering, VecX::Constant(ordering.Size(), step));
+  CheckSystem(scene.ba.graph, {got["H"], got.Vector("b")},
+              {"1.1.second_call", {{"n", Word(scene.ba.landmarks.size())}}}, before);
 }
 
 }  // namespace

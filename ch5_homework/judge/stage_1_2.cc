@@ -3,11 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include "ch5_homework/judge/ask.h"
 #include "ch5_homework/judge/mistakes/formula.h"
 #include "ch5_homework/judge/oracle.h"
 #include "ch5_homework/judge/right/formulas.h"
 #include "ch5_homework/judge/scenes/bundle.h"
-#include "ch5_homework/judge/submission.h"
 
 namespace ch5::homework {
 namespace {
@@ -19,25 +19,40 @@ Text CauseOfGivingUp(const Ordering& ordering, const VecX& delta_x) {
   return "1.2.function_gave_up";
 }
 
-// One call, checked in the order in which a student computes.
-void CheckCall(Problem* problem, const System& system, double lambda, Damping damping, const Text& scene) {
-  problem->SetDamping(damping);
-  VecX delta_x;
-  const bool solved = problem->SolveLinearSystem(lambda, &delta_x);
+// What a call of SolveLinearSystem leaves.
+struct Solved {
+  bool solved;
+  VecX delta_x, b_S, b;
+  MatXX S, H;
+};
 
+// Calls one after the other of the same problem.
+std::vector<Solved> Solve(Scene* scene, const System& system, const VecX& lambdas, Damping damping) {
+  const Answer answer =
+      Ask("SolveLinearSystem", *scene, {{"H", system.H}, {"b", system.b}, {"lambdas", lambdas}, {"damping", damping}});
+  std::vector<Solved> calls;
+  for (Eigen::Index k = 0; k < lambdas.size(); ++k) {
+    const auto of = [&](const char* name) { return name + (" " + std::to_string(k)); };
+    calls.push_back({answer.Number(of("solved")) != 0.0, answer.Vector(of("delta_x")), answer.Vector(of("b_S")),
+                     answer.Vector(of("b")), answer[of("S")], answer[of("H")]});
+  }
+  return calls;
+}
+
+// One call, checked in the order in which a student computes.
+void CheckCall(const Solved& got, const Ordering& ordering, const System& system, double lambda, Damping damping,
+               const Text& scene) {
+  const VecX& delta_x = got.delta_x;
   const auto with = [&](const char* quantity) { return With(Word(quantity), scene, lambda, damping); };
-  const Ordering& ordering = problem->GetOrdering();
   const Names names = RowNames(ordering);
   const right::SchurSolve right(system, ordering, lambda, damping);
   // Who solves the whole system without a Schur complement is right too: then there is none to compare.
-  const bool reduced = problem->SchurComplement().size() > 0 && !ordering.landmarks.empty();
+  const bool reduced = got.S.size() > 0 && !ordering.landmarks.empty();
   if (reduced) {
-    Require({"1.2", with("H_pp − H_pm H_mm⁻¹ H_mp"), {}, "H_pp_schur_", names, {}, 1e-9}, right.S,
-            problem->SchurComplement());
-    Require({"1.2", with("b_p − H_pm H_mm⁻¹ b_m"), {}, "b_pp_schur_", names, {}, 1e-9}, right.b_S,
-            ReducedRightHandSide(*problem));
+    Require({"1.2", with("H_pp − H_pm H_mm⁻¹ H_mp"), {}, "H_pp_schur_", names, {}, 1e-9}, right.S, got.S);
+    Require({"1.2", with("b_p − H_pm H_mm⁻¹ b_m"), {}, "b_pp_schur_", names, {}, 1e-9}, right.b_S, got.b_S);
   }
-  if (!solved) {
+  if (!got.solved) {
     const bool landmarks = delta_x.size() > 0;  // their step is computed last
     Fail({"1.2", with("Δx"), "1.2.solver_returns_true", Word("false"), CauseOfGivingUp(ordering, delta_x),
           landmarks ? "1.2c" : "1.2b"});
@@ -62,12 +77,11 @@ struct Counts {
 /// A problem over a graph whose vertices all have an edge, with a random system in place of MakeHessian's.
 void CheckRandom(const Counts& n, double lambda, Damping damping, const Text& words, double unit = 1.0) {
   GraphScene scene("edges of one vertex", {n.points, n.poses, n.depths, n.more_points});
-  const auto problem = Chosen().make_problem(&scene.graph);
+  const Ordering ordering = MakeOrdering(scene.graph);
   Random random(Seed(12 + static_cast<int>(1000.0 * lambda)));  // other numbers for each λ, as when LM has made a step
-  const System random_system = RandomSystem(problem->GetOrdering(), &random);
+  const System random_system = RandomSystem(ordering, &random);
   const System system{unit * random_system.H, unit * random_system.b};
-  SetSystem(system, problem.get());
-  CheckCall(problem.get(), system, lambda, damping, words);
+  CheckCall(Solve(&scene, system, VecX::Constant(1, lambda), damping)[0], ordering, system, lambda, damping, words);
 }
 
 TEST(Stage12, AsManyPoseRowsAsLandmarkRows) {  // first: here no assertion betrays an exchange of p and m
@@ -105,15 +119,17 @@ TEST(Stage12, LambdaTimesTheDiagonal) {
 
 TEST(Stage12, BundleAdjustmentWithManyLambdas) {
   BundleScene scene(4, 120, true);
-  const auto problem = Chosen().make_problem(&scene.ba.graph);
-  const System system = StackedNormalEquations(scene.ba.graph, problem->Size());
-  SetSystem(system, problem.get());
-  for (const double lambda : {1.0, 0.0, 1e-4}) {  // the same H each time, as LM asks for it
-    CheckCall(problem.get(), system, lambda, Damping::kIdentity, "1.2.course_scene");
-    Require("1.2", "1.2.hessian_after_call", system.H, problem->Hessian(), RowNames(problem->GetOrdering()),
-            {{"1.2a", ChangedInPlace("Hessian_", "H"), problem->Hessian()}});
-    Require("1.2", "1.2.b_after_call", system.b, problem->RightHandSide(), RowNames(problem->GetOrdering()),
-            {{"1.2b", ChangedInPlace("b_", "b_pp_schur_"), problem->RightHandSide()}});
+  const Ordering ordering = MakeOrdering(scene.ba.graph);
+  const System system = StackedNormalEquations(scene.ba.graph, ordering.Size());
+  const Vec3 lambdas(1.0, 0.0, 1e-4);  // the same H each time, as LM asks for it
+  const auto calls = Solve(&scene, system, lambdas, Damping::kIdentity);
+  for (size_t k = 0; k < calls.size(); ++k) {
+    const Solved& got = calls[k];
+    CheckCall(got, ordering, system, lambdas[static_cast<Eigen::Index>(k)], Damping::kIdentity, "1.2.course_scene");
+    Require("1.2", "1.2.hessian_after_call", system.H, got.H, RowNames(ordering),
+            {{"1.2a", ChangedInPlace("Hessian_", "H"), got.H}});
+    Require("1.2", "1.2.b_after_call", system.b, got.b, RowNames(ordering),
+            {{"1.2b", ChangedInPlace("b_", "b_pp_schur_"), got.b}});
   }
 }
 

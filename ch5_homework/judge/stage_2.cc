@@ -4,10 +4,10 @@
 
 #include <array>
 
+#include "ch5_homework/judge/ask.h"
 #include "ch5_homework/judge/mistakes/stage_2.h"
 #include "ch5_homework/judge/oracle.h"
 #include "ch5_homework/judge/right/formulas.h"
-#include "ch5_homework/judge/submission.h"
 
 namespace ch5::homework {
 namespace {
@@ -64,7 +64,8 @@ void CheckPrior(const Marginalization& c, const Order& order, const MarginalizeR
 
 void CheckMarginalize(const MatXX& H, const VecX& b, int idx, int dim) {
   const Marginalization c{H, b, idx, dim};
-  const MarginalizeResult result = Chosen().test_marginalize(H, b, idx, dim);
+  const Answer got = Ask("TestMarginalize", {{"H", H}, {"b", b}, {"idx", idx}, {"dim", dim}});
+  const MarginalizeResult result{got["H_moved"], got.Vector("b_moved"), got["H_prior"], got.Vector("b_prior")};
   const int n = static_cast<int>(H.rows());
   const Order exchanged = Exchanging(n, idx, dim);
   const Order order = Equal(result.H_moved, Move(H, exchanged), 1e-12) ? exchanged : KeepingOrder(n, idx, dim);

@@ -5,11 +5,11 @@
 
 #include "ch5_backend/marginalize/square_root.h"
 #include "ch5_backend/math/psd.h"
+#include "ch5_homework/judge/ask.h"
 #include "ch5_homework/judge/mistakes/formula.h"
 #include "ch5_homework/judge/mistakes/stage_5.h"
 #include "ch5_homework/judge/oracle.h"
 #include "ch5_homework/judge/right/formulas.h"
-#include "ch5_homework/judge/submission.h"
 
 namespace ch5::homework {
 namespace {
@@ -26,11 +26,11 @@ int Rows(const std::vector<std::shared_ptr<Vertex>>& vertices) {
 
 Text After(const char* what, const Text& scene) { return {"5.after_insert", {{"what", Word(what)}, {"scene", scene}}}; }
 
-void CheckOpened(const Insertion& c, const MarginalizationError& term, const Names& names, const Text& scene) {
+void CheckOpened(const Insertion& c, const Answer& got, const Names& names, const Text& scene) {
   Require(
-      "5", After("H", scene), c.Opened(), term.H(), names, [&] { return c.InH(); }, 1e-10, "5.1", "H");
+      "5", After("H", scene), c.Opened(), got["H"], names, [&] { return c.InH(); }, 1e-10, "5.1", "H");
   Require(
-      "5", After("b0", scene), c.OpenedB(), term.b0(), names, [&] { return c.InB(); }, 1e-10, "5.1", "b0");
+      "5", After("b0", scene), c.OpenedB(), got.Vector("b0"), names, [&] { return c.InB(); }, 1e-10, "5.1", "b0");
 }
 
 /// A term over poses and landmarks with random numbers, and one more vertex to come.
@@ -52,19 +52,15 @@ void CheckInsertion(const std::vector<std::shared_ptr<Vertex>>& dense,
   const int dense_size = Rows(dense), size = dense_size + Rows(landmarks);
   const Insertion c{RandomPositiveDefinite(size, &random), RandomMatrix(size, 1, &random),
                     is_landmark ? size : dense_size, coming->LocalDimension()};
-  const auto term = Chosen().make_marginalization_error();
-  const auto [H, J, b0, e0, term_dense_size] = MembersOf(*term);
-  H = c.H;
-  b0 = c.b0;
-  term_dense_size = dense_size;
-  const int row = term->InsertBlock(c.dim, is_landmark);
-
-  CheckOpened(c, *term, RowNames(after), scene);
-  if (term_dense_size != dense_size) {
-    Fail({"5", After("dense_size_", scene), Text("5.as_before", {{"size", Word(dense_size)}}), Word(term_dense_size),
-          "5.dense_size_grows_twice", "5.1"});
+  const Answer got =
+      Ask("InsertBlock",
+          {{"H", c.H}, {"b0", c.b0}, {"dense_size", dense_size}, {"dim", c.dim}, {"is_landmark", is_landmark}});
+  CheckOpened(c, got, RowNames(after), scene);
+  if (got.Int("dense_size") != dense_size) {
+    Fail({"5", After("dense_size_", scene), Text("5.as_before", {{"size", Word(dense_size)}}),
+          Word(got.Int("dense_size")), "5.dense_size_grows_twice", "5.1"});
   }
-  if (row != c.idx) Fail({"5", "5.returns_first_row"});
+  if (got.Int("row") != c.idx) Fail({"5", "5.returns_first_row"});
 }
 
 std::shared_ptr<Vertex> Pose() { return std::make_shared<VertexPose>(); }
@@ -95,6 +91,13 @@ Names NamesOfPoses(int count) {
   return RowNames(ordering);
 }
 
+// The function's U and b_a.
+System Eliminated(const MatXX& V, const MatXX& W, const VecX& b_b, const MatXX& U, const VecX& b_a) {
+  const Answer got =
+      Ask("MarginalizationError::SchurComplement", {{"V", V}, {"W", W}, {"b_b", b_b}, {"U", U}, {"b_a", b_a}});
+  return {got["U"], got.Vector("b_a")};
+}
+
 void CheckSchur(int poses, int goes, double unit = 1.0) {
   Random random(Seed(37));
   const MatXX V = unit * unit * RandomPositiveDefinite(goes, &random),
@@ -106,12 +109,10 @@ void CheckSchur(int poses, int goes, double unit = 1.0) {
     if (goes == 1) return Text("5.after_schur_one_row", {{"what", word}, {"n", Word(poses)}});
     return Text("5.after_schur_rows", {{"what", word}, {"n", Word(poses)}, {"m", Word(goes)}});
   };
-  MatXX U = U_before;
-  VecX b_a = b_a_before;
-  Chosen().make_marginalization_error()->SchurComplement(V, W, b_b, &U, &b_a);
+  const System got = Eliminated(V, W, b_b, U_before, b_a_before);
   const right::SchurUpdate right(V, W, b_b, U_before, b_a_before);
-  Require({"5", of("U"), "5.2", "*U", NamesOfPoses(poses), {}, 1e-9}, right.U, U);
-  Require({"5", of("b_a"), "5.2", "*b_a", NamesOfPoses(poses), {}, 1e-9}, right.b_a, b_a);
+  Require({"5", of("U"), "5.2", "*U", NamesOfPoses(poses), {}, 1e-9}, right.U, got.H);
+  Require({"5", of("b_a"), "5.2", "*b_a", NamesOfPoses(poses), {}, 1e-9}, right.b_a, got.b);
 }
 
 TEST(Stage5, EliminatesADenseBlock) { CheckSchur(1, 6); }  // sizes that hide an exchange
@@ -120,6 +121,8 @@ TEST(Stage5, EliminatesAPoint) {
   CheckSchur(2, 3, 1e-3);  // in small units
 }
 TEST(Stage5, EliminatesAnInverseDepth) { CheckSchur(Vary(2, 4, 39), 1); }
+
+Text FirstEntry(const MatXX& U) { return Word("U(0, 0) = " + (U.size() > 0 ? Number(U(0, 0)) : std::string("?"))); }
 
 TEST(Stage5, EliminatesASingularBlock) {  // a landmark seen once: its depth is unknown
   Random random(Seed(41));
@@ -131,10 +134,10 @@ TEST(Stage5, EliminatesASingularBlock) {  // a landmark seen once: its depth is 
   const MatXX W = B.transpose() * A;
   const VecX b_b = -A.transpose() * r;
   const MatXX right_U = U - W * V_pinv * W.transpose(), right_b = b_a - W * (V_pinv * b_b);
-  Chosen().make_marginalization_error()->SchurComplement(V, W, b_b, &U, &b_a);
-  if (Equal(U, right_U, 1e-7) && Equal(b_a, right_b, 1e-7)) return;
-  Fail({"5", "5.singular_V", Word("U(0, 0) = " + Number(right_U(0, 0))), Word("U(0, 0) = " + Number(U(0, 0))),
-        "5.V_no_inverse", "5.5 5.2"});
+  const System got = Eliminated(V, W, b_b, U, b_a);
+  if (Equal(got.H, right_U, 1e-7) && Equal(got.b, right_b, 1e-7)) return;
+  Fail({"5", "5.singular_V", Word("U(0, 0) = " + Number(right_U(0, 0))), FirstEntry(got.H), "5.V_no_inverse",
+        "5.5 5.2"});
 }
 
 TEST(Stage5, EliminatesABlockThatNothingObserves) {
@@ -146,12 +149,10 @@ TEST(Stage5, EliminatesABlockThatNothingObserves) {
   const VecX w = RandomMatrix(6, 1, &random);
   const MatXX V = Vec2(v, 0.0).asDiagonal(), W = w * Vec2(1.0, 0.0).transpose();
   const MatXX right_U = U - w * w.transpose() / v, right_b = b_a - w * (b / v);
-  MatXX got_U = U;
-  VecX got_b = b_a;
-  Chosen().make_marginalization_error()->SchurComplement(V, W, Vec2(b, 0.0), &got_U, &got_b);
-  if (Equal(got_U, right_U, 1e-10) && Equal(got_b, right_b, 1e-10)) return;
-  Fail({"5", "5.one_of_two_observed", Word("U(0, 0) = " + Number(right_U(0, 0))),
-        Word("U(0, 0) = " + Number(got_U(0, 0))), "5.pinv_of_zero_is_zero", "5.5 5.2"});
+  const System got = Eliminated(V, W, Vec2(b, 0.0), U, b_a);
+  if (Equal(got.H, right_U, 1e-10) && Equal(got.b, right_b, 1e-10)) return;
+  Fail({"5", "5.one_of_two_observed", Word("U(0, 0) = " + Number(right_U(0, 0))), FirstEntry(got.H),
+        "5.pinv_of_zero_is_zero", "5.5 5.2"});
 }
 
 // ---- 5.3 UpdateErrorComputation -------------------------------------------------------------------------------------
@@ -185,15 +186,9 @@ MatXX GramScaledBy(const MatXX& H, const VecX& p) {
 }
 
 void CheckUpdate(const MatXX& H, const VecX& b0, const Names& names, const Text& scene) {
-  const auto term = Chosen().make_marginalization_error();
-  const auto [term_H, J, term_b0, e0, dense_size] = MembersOf(*term);
-  term_H = 5.0 * H;  // of an earlier time
-  term_b0 = 3.0 * b0;
-  term->UpdateErrorComputation();
-  const MatXX J_before = J, e0_before = e0;
-  term_H = H;
-  term_b0 = b0;
-  term->UpdateErrorComputation();
+  const Answer got = Ask("UpdateErrorComputation", {{"H", H}, {"b0", b0}});
+  const MatXX J_before = got["J before"], e0_before = got["e0 before"], J = got["J"];  // before: 5 H and 3 b0 are given
+  const VecX e0 = got.Vector("e0");
   CheckSizesAndNumbers(J, e0, H, b0, scene);
   const right::SquareRoot right(H, b0);
   // Awkward units must not hide small entries: everything is compared in units of the diagonal.
@@ -261,20 +256,21 @@ TEST(Stage5, TakesTheRootInAwkwardUnits) {
 
 TEST(Stage5, TheResidualMovesWithTheStates) {
   Random random(Seed(59));
-  const auto term = Chosen().make_marginalization_error();
   const int n = 9;  // more than a pose has
   const MatXX J = RandomMatrix(n, n, &random);
   const VecX e0 = RandomMatrix(n, 1, &random);
-  const auto [term_H, term_J, term_b0, term_e0, dense_size] = MembersOf(*term);
-  term_J = J;
-  term_e0 = e0;
-  for (const double size : {30.0, 1.0, 0.03}) {  // linear however far the states move
-    const VecX delta_chi = size * RandomMatrix(n, 1, &random);
-    const MatXX e = term->Residual(delta_chi);
+  MatXX motions = MatXX::Zero(n, 4);  // linear however far the states move; the last one is none
+  for (const double size : {30.0, 1.0, 0.03}) {
+    motions.leftCols(3) << motions.middleCols(1, 2).eval(), size * RandomMatrix(n, 1, &random);
+  }
+  const Answer got = Ask("Residual", {{"J", J}, {"e0", e0}, {"delta_chi", motions}});
+  for (int k = 0; k < 3; ++k) {
+    const VecX delta_chi = motions.col(k);
+    const MatXX& e = got["e " + std::to_string(k)];
     Require({"5", Text("5.e_of", {{"what", "5.random_J_e0"}}), "5.4", "e"}, right::Residual(J, e0, delta_chi), e);
   }
-  Require("5", Text("5.e_of", {{"what", "5.no_motion"}}), e0, term->Residual(VecX::Zero(n)), {},
-          {{"5.4", "5.e0_missing", VecX::Zero(n)}}, 1e-10, "5.4");
+  Require("5", Text("5.e_of", {{"what", "5.no_motion"}}), e0, got["e 3"], {}, {{"5.4", "5.e0_missing", VecX::Zero(n)}},
+          1e-10, "5.4");
 }
 
 // ---- all together ---------------------------------------------------------------------------------------------------
@@ -282,11 +278,8 @@ TEST(Stage5, TheResidualMovesWithTheStates) {
 TEST(Stage5, TheWholeTermIsTheDenseSchurComplement) {
   GraphScene scene("poses and landmarks");
   const Graph& graph = scene.graph;
-  const auto& v = graph.Vertices();  // 3 poses, 2 points, 2 inverse depths
-  const auto term = Chosen().make_marginalization_error();
-  for (const auto& edge : graph.Edges()) term->AddResidualBlock(edge);
-  term->MarginalizeOut({v[3], v[0], v[4], v[6], v[5]});  // v[1] and v[2] are left, in this order
-  term->UpdateErrorComputation();
+  const VecX out = (VecX(5) << 3, 0, 4, 6, 5).finished();  // of 3 poses, 2 points, 2 inverse depths; 1 and 2 are left
+  const Answer term = Ask("MarginalizationError", scene, {{"out", out}});
 
   const Ordering ordering = MakeOrdering(graph);
   const System all = StackedNormalEquations(graph, ordering.Size());
@@ -297,9 +290,9 @@ TEST(Stage5, TheWholeTermIsTheDenseSchurComplement) {
   const VecX b = all.b(stay) - H_rm * (H_mm_inverse * all.b(go));
   Names names = RowNames(ordering);
   names = {names.begin() + 6, names.begin() + 18};
-  Require("5", {"5.in_all", {{"what", Word("H")}}}, H, term->H(), names, {}, 1e-8);
-  Require("5", {"5.in_all", {{"what", Word("b0")}}}, b, term->b0(), names, {}, 1e-8);
-  Require("5", {"5.in_all", {{"what", Word("JᵀJ")}}}, H, term->J().transpose() * term->J(), names, {}, 1e-8);
+  Require("5", {"5.in_all", {{"what", Word("H")}}}, H, term["H"], names, {}, 1e-8);
+  Require("5", {"5.in_all", {{"what", Word("b0")}}}, b, term.Vector("b0"), names, {}, 1e-8);
+  Require("5", {"5.in_all", {{"what", Word("JᵀJ")}}}, H, term["J"].transpose() * term["J"], names, {}, 1e-8);
 }
 
 }  // namespace

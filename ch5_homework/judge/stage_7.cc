@@ -8,23 +8,16 @@
 #include <map>
 #include <set>
 
+#include "ch5_homework/judge/ask.h"
 #include "ch5_homework/judge/mistakes/stage_7_system.h"
 #include "ch5_homework/judge/oracle.h"
 #include "ch5_homework/judge/right/formulas.h"
 #include "ch5_homework/judge/scenes/bundle.h"
-#include "ch5_homework/judge/submission.h"
 
 namespace ch5::homework {
 namespace {
 
 using namespace stage_7;
-
-// The student's solver; this is where BuildStructure runs.
-std::unique_ptr<PlainBlockSolver> MakeSolver(Graph* graph) {
-  auto solver = Chosen().make_block_solver(graph);
-  solver->SetOrdering();
-  return solver;
-}
 
 // ---- 7a: the pattern of S ----------------------------------------------------------------------------------------
 
@@ -132,11 +125,13 @@ Text CauseOf(const Pattern& got, const Groups& groups, int poses) {
   return "7.none_typical";
 }
 
-void CheckPattern(const PlainBlockSolver& solver, const Graph& graph, const Text& scene) {
-  const Ordering& ordering = solver.GetOrdering();
-  const Groups groups(graph, ordering);
-  const auto blocks = solver.SchurPattern();
-  const Pattern got(blocks.begin(), blocks.end());
+void CheckPattern(Scene* scene, const Text& words) {
+  const Answer answer = Ask("BuildStructure", *scene);
+  const MatXX blocks = answer.Sized("pattern", 2, answer["pattern"].cols());
+  Pattern got;
+  for (Eigen::Index k = 0; k < blocks.cols(); ++k) got.insert({Whole(blocks(0, k)), Whole(blocks(1, k))});
+  const Ordering ordering = MakeOrdering(scene->GetGraph());
+  const Groups groups(scene->GetGraph(), ordering);
   Pattern expected = PairsOf(groups.of_landmarks, IsLower);
   expected.merge(PairsOf(groups.of_edges, IsLower));
   if (got == expected) return;
@@ -147,7 +142,7 @@ void CheckPattern(const PlainBlockSolver& solver, const Graph& graph, const Text
   const Text difference(missing.empty() ? "7.blocks_too_many" : "7.blocks_missing",
                         {{"n", Word(got.size())}, {"i", Word(worst.first)}, {"j", Word(worst.second)}});
   Fail({"7",
-        {"7.pattern_of_S", {{"scene", scene}}},
+        {"7.pattern_of_S", {{"scene", words}}},
         {"7.blocks_expected", {{"n", Word(expected.size())}}},
         difference,
         CauseOf(got, groups, static_cast<int>(ordering.poses.size())),
@@ -157,97 +152,119 @@ void CheckPattern(const PlainBlockSolver& solver, const Graph& graph, const Text
 TEST(Stage7, TheBlocksOfS) {
   for (const bool fix_one : {false, true}) {
     GraphScene row("row", {fix_one});
-    CheckPattern(*MakeSolver(&row.graph), row.graph, fix_one ? "7.row_one_fixed" : "7.row");
+    CheckPattern(&row, fix_one ? "7.row_one_fixed" : "7.row");
   }
 }
 
 TEST(Stage7, TheBlocksOfSWithoutLandmarks) {
   GraphScene row("row", {false});  // where there are blocks to find: who finds none passes nothing
-  CheckPattern(*MakeSolver(&row.graph), row.graph, "7.row");
+  CheckPattern(&row, "7.row");
   GraphScene scene("without landmarks");
-  CheckPattern(*MakeSolver(&scene.graph), scene.graph, "7.no_landmarks");
+  CheckPattern(&scene, "7.no_landmarks");
 }
 
 // ---- 7b, 7c: b and H ---------------------------------------------------------------------------------------------
 
-void CheckSystem(PlainBlockSolver* solver, const Graph& graph, const Text& scene) {
-  solver->BuildSystem();
-  const Ordering& ordering = solver->GetOrdering();
+void CheckSystem(const MatXX& H, const VecX& b, const Graph& graph, const Text& scene) {
+  const Ordering ordering = MakeOrdering(graph);
   const System right = StackedNormalEquations(graph, ordering.Size());
   const Names names = RowNames(ordering, true);
   const Loop loop{graph.Edges(), ordering.Size()};
   Require(
-      "7", {"scene.b_of", {{"what", scene}}}, right.b, solver->RightHandSide(), names,
+      "7", {"scene.b_of", {{"what", scene}}}, right.b, b, names,
       [&] { return MistakesInB("7b", loop, -1.0, "formula.sign_of_b", RowsByNumber(ordering)); }, 1e-10, "7b", "b_");
   Require(
-      "7", {"scene.H_of", {{"what", scene}}}, right.H, solver->DenseHessian(), names,
-      [&] { return MistakesInH(loop, ordering); }, 1e-10, "7c", "H");
+      "7", {"scene.H_of", {{"what", scene}}}, right.H, H, names, [&] { return MistakesInH(loop, ordering); }, 1e-10,
+      "7c", "H");
+}
+
+void CheckSystem(Scene* scene, const Text& words, int times = 1) {
+  const Answer got = Ask("BuildSystem", *scene, {{"times", times}});
+  for (int k = 0; k < times; ++k) {
+    const std::string number = " " + std::to_string(k);
+    CheckSystem(got["H" + number], got.Vector("b" + number), scene->GetGraph(), words);
+  }
 }
 
 TEST(Stage7, RightHandSideAndHessian) {
   for (const bool fix_one : {false, true}) {
     GraphScene row("row", {fix_one});
-    CheckSystem(MakeSolver(&row.graph).get(), row.graph, fix_one ? "7.row_one_fixed" : "7.row");
+    CheckSystem(&row, fix_one ? "7.row_one_fixed" : "7.row");
   }
   GraphScene light("light row", {false});
-  CheckSystem(MakeSolver(&light.graph).get(), light.graph, "scene.light_row");
+  CheckSystem(&light, "scene.light_row");
 }
 
 TEST(Stage7, HessianOfMixedLandmarksAndLosses) {
   GraphScene scene("mixed landmarks");
-  const auto solver = MakeSolver(&scene.graph);
-  for (int again = 0; again < 2; ++again) {  // the second time H is not empty at the start
-    CheckSystem(solver.get(), scene.graph, "7.mixed_landmarks");
-  }
+  CheckSystem(&scene, "7.mixed_landmarks", /*times=*/2);  // the second time H is not empty at the start
 }
 
 // ---- 7d, 7e: S and Δx --------------------------------------------------------------------------------------------
 
-void CheckSolve(PlainBlockSolver* solver, const Graph& graph, double lambda, Damping damping, const Text& scene) {
-  const System system = StackedNormalEquations(graph, solver->Size());
-  solver->SetDamping(damping);
-  solver->BuildSystem();
-  VecX delta_x;
-  const bool solved = solver->Solve(lambda, &delta_x);
+struct Call {
+  double lambda;
+  Damping damping;
+};
+
+// What the k-th call has left.
+void CheckCall(const Answer& answer, size_t k, const Call& call, const Graph& graph, const Text& scene) {
+  const auto [lambda, damping] = call;
+  const auto of = [&](const char* name) { return name + (" " + std::to_string(k)); };
+  const MatXX &S = answer[of("S")], &H = answer[of("H")];
+  const VecX b_S = answer.Vector(of("b_S")), delta_x = answer.Vector(of("delta_x")), b = answer.Vector(of("b"));
+  const bool solved = answer.Number(of("solved")) != 0.0;
+  const Ordering ordering = MakeOrdering(graph);
+  const System system = StackedNormalEquations(graph, ordering.Size());
   const auto with = [&](const Text& quantity) { return With(quantity, scene, lambda, damping); };
-  const Names names = RowNames(solver->GetOrdering(), true);
-  const right::BlockSolve right(system, solver->GetOrdering(), lambda, damping);
-  Require({"7", with(Word("b_p − Σ_l H_pl H_ll⁻¹ b_l")), "7d", "b_schur_", names, {}, 1e-9}, right.b_S,
-          solver->ReducedRightHandSide());
-  Require({"7", with(Word("S = H_pp − Σ_l H_pl H_ll⁻¹ H_plᵀ")), "7d", "S_", names, {}, 1e-9}, right.S,
-          solver->SchurComplement());
+  const Names names = RowNames(ordering, true);
+  const right::BlockSolve right(system, ordering, lambda, damping);
+  Require({"7", with(Word("b_p − Σ_l H_pl H_ll⁻¹ b_l")), "7d", "b_schur_", names, {}, 1e-9}, right.b_S, b_S);
+  Require({"7", with(Word("S = H_pp − Σ_l H_pl H_ll⁻¹ H_plᵀ")), "7d", "S_", names, {}, 1e-9}, right.S, S);
   if (!solved) {
     Fail({"7", with(Word("Δx")), "7.solver_returns_true", Word("false"), "7.function_gave_up", "7d"});
   }
   Require({"7", with(Word("Δx")), "7e", "delta_x", names, {}, 1e-8}, right.delta_x, delta_x);
-  Require("7", with("7.H_after_solve"), system.H, solver->DenseHessian(), names,
-          {{"7d", ChangedInPlace("H", "S_"), solver->DenseHessian()}}, 1e-9);
-  if (!Equal(solver->RightHandSide(), system.b, 1e-9)) {
-    const int p = solver->GetOrdering().dim_poses;
+  Require("7", with("7.H_after_solve"), system.H, H, names, {{"7d", ChangedInPlace("H", "S_"), H}}, 1e-9);
+  if (!Equal(b, system.b, 1e-9)) {
+    const int p = ordering.dim_poses;
     Fail({"7", with("7.b_after_solve"), "7.b_unchanged", "7.another_b", ChangedInPlace("b_", "b_schur_, rest"),
-          Equal(solver->RightHandSide().head(p), system.b.head(p), 1e-9) ? "7e" : "7d"});
+          b.size() >= p && Equal(b.head(p), system.b.head(p), 1e-9) ? "7e" : "7d"});
   }
+}
+
+// Calls of one solver, one after the other. @return the answer, for what else was asked
+Answer CheckSolve(Scene* scene, const std::vector<Call>& calls, const Text& words, Values given = {}) {
+  VecX lambdas(calls.size()), dampings(calls.size());
+  for (size_t k = 0; k < calls.size(); ++k) {
+    lambdas[static_cast<Eigen::Index>(k)] = calls[k].lambda;
+    dampings[static_cast<Eigen::Index>(k)] = static_cast<double>(calls[k].damping);
+  }
+  given.Put("lambdas", lambdas);
+  given.Put("dampings", dampings);
+  Answer answer = Ask("Solve", *scene, given);
+  for (size_t k = 0; k < calls.size(); ++k) CheckCall(answer, k, calls[k], scene->GetGraph(), words);
+  return answer;
 }
 
 TEST(Stage7, SchurComplementAndStep) {
   for (const bool fix_one : {false, true}) {
     GraphScene row("row", {fix_one});
-    CheckSolve(MakeSolver(&row.graph).get(), row.graph, 0.0, Damping::kIdentity, fix_one ? "7.row_one_fixed" : "7.row");
+    CheckSolve(&row, {{0.0, Damping::kIdentity}}, fix_one ? "7.row_one_fixed" : "7.row");
   }
   GraphScene light("light row", {false});
-  CheckSolve(MakeSolver(&light.graph).get(), light.graph, 0.0, Damping::kIdentity, "scene.light_row");
+  CheckSolve(&light, {{0.0, Damping::kIdentity}}, "scene.light_row");
   GraphScene scene("poses of two sizes");
-  CheckSolve(MakeSolver(&scene.graph).get(), scene.graph, 0.0, Damping::kIdentity, "7.poses_of_two_sizes");
+  CheckSolve(&scene, {{0.0, Damping::kIdentity}}, "7.poses_of_two_sizes");
 }
 
 TEST(Stage7, LambdaOnEveryDiagonalEntry) {
   GraphScene row("row", {false});
-  const auto solver = MakeSolver(&row.graph);
-  for (const double lambda : {10.0, 1e-3, 0.5}) {  // the same solver each time
-    for (const Damping damping : {Damping::kIdentity, Damping::kDiagonal}) {
-      CheckSolve(solver.get(), row.graph, lambda, damping, "7.row");
-    }
+  std::vector<Call> calls;
+  for (const double lambda : {10.0, 1e-3, 0.5}) {
+    for (const Damping damping : {Damping::kIdentity, Damping::kDiagonal}) calls.push_back({lambda, damping});
   }
+  CheckSolve(&row, calls, "7.row");
 }
 
 TEST(Stage7, LandmarksOrPosesAlone) {
@@ -255,21 +272,20 @@ TEST(Stage7, LandmarksOrPosesAlone) {
     GraphScene row("row", {false});
     for (const auto& pose : row.poses) pose->SetFixed(landmarks);
     for (const auto& point : row.points) point->SetFixed(!landmarks);
-    CheckSolve(MakeSolver(&row.graph).get(), row.graph, 0.1, Damping::kIdentity,
-               landmarks ? "7.only_points" : "7.only_poses");
+    CheckSolve(&row, {{0.1, Damping::kIdentity}}, landmarks ? "7.only_points" : "7.only_poses");
   }
 }
 
 TEST(Stage7, BundleAdjustmentOfTheCourse) {
   BundleScene scene(4, Vary(20, 30, 74), true);
-  const auto solver = MakeSolver(&scene.ba.graph);
-  CheckSolve(solver.get(), scene.ba.graph, 1e-2, Damping::kIdentity, "7.course_scene");
-  const double before = solver->Cost();
-  const Summary summary = Minimize(solver.get(), SolveOptions{});
-  if (!IsConverged(summary.termination) || summary.final_cost > 1e-2 * before) {
+  const Answer end = CheckSolve(&scene, {{1e-2, Damping::kIdentity}}, "7.course_scene", {{"minimize", true}});
+  const double before = Cost(scene.ba.graph);
+  scene.SetStates(end.Vector("states"));
+  const double after = Cost(scene.ba.graph);
+  const std::string message = end.Word("message").substr(0, 200);
+  if (end.Number("converged") == 0.0 || !(after <= 1e-2 * before)) {
     Fail({"7", "7.course_scene_solved", "7.converged",
-          Text("7.ended_at",
-               {{"message", Text::Quoted(summary.message)}, {"a", Word(summary.final_cost)}, {"b", Word(before)}}),
+          Text("7.ended_at", {{"message", Text::Quoted(message)}, {"a", Word(after)}, {"b", Word(before)}}),
           "7.something_kept_between_calls", ""});
   }
 }

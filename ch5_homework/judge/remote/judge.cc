@@ -16,6 +16,7 @@
 
 #include "ch5_homework/judge/remote/remote.h"
 #include "ch5_homework/judge/seed.h"
+#include "ch5_homework/judge/values.h"
 
 namespace ch5::homework {
 namespace {

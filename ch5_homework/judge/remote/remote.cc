@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "ch5_homework/judge/ask.h"
+#include "ch5_homework/judge/remote/wire.h"
 
 namespace ch5::homework {
 namespace {
@@ -25,11 +26,18 @@ Session& TheSession() {
   return session;
 }
 
-// The worker greets before anything of the student's runs; that it answers a call of nothing shows that its main is reached.
+std::string Question(const std::string& check, const Values& given) {
+  Writer question;
+  question.String(check);
+  question.All(given);
+  return question.Bytes();
+}
+
+// The worker greets before anything of the student's runs; that it replies to a question of nothing shows that its main is reached.
 void StartWorker(Session* session) {
   const double limit = session->has_timed_out ? kAfterTimeout * session->seconds : session->seconds;
   session->worker = std::make_unique<WorkerProcess>(session->command, limit);
-  session->worker->Ask(Pack(std::string()).Bytes(), kItsStart);
+  session->worker->Ask(Question("", {}), kItsStart);
 }
 
 }  // namespace
@@ -49,12 +57,20 @@ std::string EndWorker() {
 
 int Answers() { return TheSession().answers; }
 
-static Reader ReplyTo(const std::string& function, const Writer& arguments) {
+Answer Ask(const std::string& check, const Values& given) {
   Session& session = TheSession();
   if (!session.never_started.empty()) throw WorkerFailure(session.never_started);
   try {
     if (!session.worker) StartWorker(&session);
-    return Reader(session.worker->Ask(Pack(function).Bytes() + arguments.Bytes(), function));
+    Reader reply(session.worker->Ask(Question(check, given), check));
+    Answer answer;
+    const bool returned = reply.Bool();
+    const std::string words = reply.String().substr(0, kMaxWords);
+    reply.All(&answer);
+    reply.End();
+    if (!returned) answer.SetFailure(std::make_exception_ptr(RemoteException(words)));
+    ++session.answers;
+    return answer;
   } catch (const WorkerFailure& failure) {
     const std::string words = failure.what();
     if (words.find("TIMEOUT") != std::string::npos) {
@@ -63,33 +79,6 @@ static Reader ReplyTo(const std::string& function, const Writer& arguments) {
     }
     throw;
   }
-}
-
-Reader Call(const std::string& function, const Writer& arguments) {
-  Reader reply = ReplyTo(function, arguments);
-  bool returned;
-  reply >> returned;
-  ++TheSession().answers;
-  if (returned) return reply;
-  throw RemoteException(reply.String().substr(0, kMaxWords));
-}
-
-Answer Ask(const std::string& check, const Values& given) {
-  Reader reply = ReplyTo(check, Pack(given));
-  Answer answer;
-  bool returned;
-  reply >> returned;
-  const std::string words = reply.String().substr(0, kMaxWords);
-  reply >> answer;
-  reply.End();
-  ++TheSession().answers;
-  if (!returned) answer.SetFailure(std::make_exception_ptr(RemoteException(words)));
-  return answer;
-}
-
-int NewHandle() {
-  static int handle = 0;
-  return ++handle;
 }
 
 }  // namespace ch5::homework

@@ -1,17 +1,14 @@
 #pragma once
-/// The student's functions, called in the worker: what Remote of functions/NAME.h puts into the Submission
-/// that is under test.
-/// A worker serves one test. What it throws is thrown here with the same words; see WorkerFailure for all else.
+/// The student's functions, called in a worker (Ask, ask.h), which serves one test.
 
 #include <string>
 #include <vector>
 
 #include "ch5_homework/judge/remote/process.h"
-#include "ch5_homework/judge/remote/travel.h"
 
 namespace ch5::homework {
 
-/// Thrown by the student's function, in the worker.
+/// Thrown by the student's function, in the worker; the words are the same.
 class RemoteException : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -22,22 +19,7 @@ class RemoteException : public std::runtime_error {
 void SetWorker(const std::vector<std::string>& command, double seconds);
 /// Ends the present worker. @return what it has printed
 std::string EndWorker();
-/// How often the present worker has answered, with results or with an exception.
+/// How often the present worker has answered, with values or with an exception.
 int Answers();
-
-/// A number by which the worker knows an object again.
-int NewHandle();
-
-/// What a student's function has named and the scene does not have.
-class ForeignEdge : public Edge {
- public:
-  explicit ForeignEdge(std::string type) : Edge(0, {}, nullptr, nullptr), type_(std::move(type)) {}
-  void ComputeResidual() override {}
-  void ComputeJacobians() override {}
-  std::string TypeInfo() const override { return type_; }
-
- private:
-  std::string type_;
-};
 
 }  // namespace ch5::homework

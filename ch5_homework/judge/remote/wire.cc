@@ -17,8 +17,6 @@ constexpr size_t kHeader = 8;
 
 void Writer::Int(int64_t value) { bytes_.append(reinterpret_cast<const char*>(&value), sizeof(value)); }
 
-void Writer::Double(double value) { bytes_.append(reinterpret_cast<const char*>(&value), sizeof(value)); }
-
 void Writer::String(const std::string& text) {
   Int(static_cast<int64_t>(text.size()));
   bytes_ += text;
@@ -42,10 +40,10 @@ int64_t Reader::Int() {
   return value;
 }
 
-double Reader::Double() {
-  double value;
-  std::memcpy(&value, Take(sizeof(value)), sizeof(value));
-  return value;
+bool Reader::Bool() {
+  const int64_t value = Int();
+  if (value != 0 && value != 1) throw WireError(std::to_string(value) + " in place of 0 or 1");
+  return value == 1;
 }
 
 size_t Reader::Count() {
@@ -78,35 +76,28 @@ void Reader::End() const {
 
 // ---- values ----------------------------------------------------------------------------------------------------------
 
-Writer& operator<<(Writer& out, const Values& values) {
-  out << values.size();
-  values.ForEach([&](const std::string& name, const Values::Value& value) {
-    const MatXX* matrix = value.Matrix();
-    out << name << (matrix != nullptr);
-    if (matrix != nullptr) {
-      out << *matrix;
-    } else {
-      out << *value.Word();
-    }
+void Writer::All(const Values& values) {
+  Int(static_cast<int64_t>(values.size()));
+  values.ForEach([this](const std::string& name, const Values::Value& value) {
+    String(name);
+    Int(value.Matrix() != nullptr);
+    if (value.Matrix() != nullptr) Matrix(*value.Matrix());
+    if (value.Word() != nullptr) String(*value.Word());
   });
-  return out;
 }
 
-Reader& operator>>(Reader& in, Values& values) {
-  const size_t count = in.Count();
+void Reader::All(Values* values) {
+  const size_t count = Count();
   if (count > kMaxValues) throw WireError(std::to_string(count) + " values");
   for (size_t k = 0; k < count; ++k) {
-    const std::string name = in.String();
-    bool is_matrix;
-    in >> is_matrix;
-    if (values.Has(name)) throw WireError("two values of one name");
-    if (is_matrix) {
-      values.Put(name, in.Matrix());
+    const std::string name = String();
+    if (values->Has(name)) throw WireError("two values of one name");
+    if (Bool()) {
+      values->Put(name, Matrix());
     } else {
-      values.Put(name, in.String());
+      values->Put(name, String());
     }
   }
-  return in;
 }
 
 // ---- frames ----------------------------------------------------------------------------------------------------------

@@ -1,5 +1,5 @@
 /// The worker's main: worker_NAME [--submission=NAME]. Linked as an object: a main in the student's file is a link error.
-/// Standard input has the requests and standard output takes the replies; the student's code sees neither.
+/// Standard input has the questions and standard output takes the replies; the student's code sees neither.
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -9,17 +9,16 @@
 
 #include "ch5_homework/judge/checks/check.h"
 #include "ch5_homework/judge/crash.h"
-#include "ch5_homework/judge/remote/travel.h"
-#include "ch5_homework/judge/submission.h"
+#include "ch5_homework/judge/remote/wire.h"
 
 namespace ch5::homework {
 namespace {
 
-int requests = -1, replies = -1;
+int questions = -1, replies = -1;
 
 // Before any of the student's constructors, which may print.
 __attribute__((constructor(101))) void MoveDescriptorsAndGreet() {
-  requests = fcntl(0, F_DUPFD_CLOEXEC, 3);
+  questions = fcntl(0, F_DUPFD_CLOEXEC, 3);
   replies = fcntl(1, F_DUPFD_CLOEXEC, 3);
   const int nothing = open("/dev/null", O_RDONLY);
   dup2(nothing, 0);
@@ -28,13 +27,8 @@ __attribute__((constructor(101))) void MoveDescriptorsAndGreet() {
   WriteFrame(replies, kGreeting);
 }
 
-std::map<std::string, Handler>& Handlers() {
-  static std::map<std::string, Handler> handlers;
-  return handlers;
-}
-
-const char* function_now = "start-up";
-const char* FunctionNow() { return function_now; }
+std::string check_now = "start-up";
+const char* CheckNow() { return check_now.c_str(); }
 
 std::string WordsOf(const std::exception_ptr& failure) {
   try {
@@ -46,44 +40,33 @@ std::string WordsOf(const std::exception_ptr& failure) {
   }
 }
 
-// The answer of a check: whether it was ended by an exception, that one's words, and what it has left before.
-std::string AnswerOf(const std::string& check, Reader* in) {
-  Values given;
-  *in >> given;
-  const Answer answer = Run(check, Chosen(), given);
-  std::fflush(stdout);  // what it has printed, before the judge ends this process
-  const std::string words = answer.Failure() ? WordsOf(answer.Failure()) : "";
-  return Pack(answer.Failure() == nullptr, words, static_cast<const Values&>(answer)).Bytes();
+std::string ReplyWith(const Answer& answer) {
+  Writer reply;
+  reply.Int(answer.Failure() == nullptr);
+  reply.String(answer.Failure() ? WordsOf(answer.Failure()) : "");
+  reply.All(answer);
+  if (reply.Bytes().size() > kMaxFrame)
+    throw WireError("an answer of " + std::to_string(reply.Bytes().size()) + " bytes");
+  return reply.Bytes();
 }
 
-// The reply: whether the function has returned, and its results or the exception's words.
-std::string ReplyTo(const std::string& request) {
+std::string ReplyTo(const std::string& question) {
   try {
-    Reader in(request);
-    std::string function;
-    in >> function;
-    if (const auto check = Checks().find(function); check != Checks().end()) {
-      function_now = check->first.c_str();
-      return AnswerOf(check->first, &in);
-    }
-    const auto handler = Handlers().find(function);
-    if (handler == Handlers().end()) throw WireError("there is no function " + function);
-    function_now = handler->first.c_str();
-    Writer results;
-    handler->second(&in, &results);
+    Reader in(question);
+    Values given;
+    check_now = in.String();
+    in.All(&given);
+    const Answer answer = Run(check_now, Chosen(), given);
     std::fflush(stdout);  // what it has printed, before the judge ends this process
-    return Pack(true).Bytes() + results.Bytes();
-  } catch (const std::exception& error) {
-    return Pack(false, std::string(error.what())).Bytes();
+    return ReplyWith(answer);
   } catch (...) {
-    return Pack(false, std::string("an exception that is not a std::exception")).Bytes();
+    Answer none;
+    none.SetFailure(std::current_exception());
+    return ReplyWith(none);
   }
 }
 
 }  // namespace
-
-void Handle(const std::string& function, Handler handler) { Handlers()[function] = handler; }
-
 }  // namespace ch5::homework
 
 int main(int argc, char** argv) {
@@ -93,9 +76,9 @@ int main(int argc, char** argv) {
     std::cerr << argv[0] << ": unknown option or submission " << argv[i] << "\n";
     return 2;
   }
-  PrepareForCrashes(&FunctionNow);
-  for (std::string request; ReadFrame(requests, &request);) {
-    if (!WriteFrame(replies, ReplyTo(request))) break;
+  PrepareForCrashes(&CheckNow);
+  for (std::string question; ReadFrame(questions, &question);) {
+    if (!WriteFrame(replies, ReplyTo(question))) break;
   }
   _exit(0);  // the student's destructors have nothing to say
 }

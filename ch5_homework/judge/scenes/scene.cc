@@ -17,38 +17,9 @@ std::map<std::string, GraphScene::Build>& Builds() {
   return builds;
 }
 
-std::vector<Scene*>& Alive() {
-  static std::vector<Scene*> alive;
-  return alive;
-}
-
-template <typename Has>
-Scene& Find(const char* what, const Has& has) {
-  for (Scene* scene : Alive()) {
-    if (has(scene)) return *scene;
-  }
-  throw std::logic_error(std::string("no scene has this ") + what);
-}
-
-template <typename T>
-bool Holds(const std::vector<std::shared_ptr<T>>& items, const T* wanted) {
-  return std::any_of(items.begin(), items.end(), [&](const auto& item) { return item.get() == wanted; });
-}
-
-int NextNumber() {
-  static int number = 0;
-  return ++number;
-}
-
 }  // namespace
 
 // ---- scenes ----------------------------------------------------------------------------------------------------------
-
-Scene::Scene(std::string name, Sizes sizes) : name_(std::move(name)), sizes_(std::move(sizes)), number_(NextNumber()) {
-  Alive().push_back(this);
-}
-
-Scene::~Scene() { Alive().erase(std::find(Alive().begin(), Alive().end(), this)); }
 
 void Scene::Step() {
   ++steps_;
@@ -61,51 +32,48 @@ std::unique_ptr<Scene> Scene::Make(const std::string& name, const Sizes& sizes) 
   return maker->second(name, sizes);
 }
 
+VecX Scene::States() {
+  VecX states;
+  for (const auto& vertex : Vertices()) {
+    states.conservativeResize(states.size() + vertex->Dimension());
+    states.tail(vertex->Dimension()) = vertex->Parameters();
+  }
+  return states;
+}
+
+void Scene::SetStates(const VecX& states) {
+  if (states.size() != States().size()) throw WireError("not one state for each vertex");
+  Eigen::Index row = 0;
+  for (const auto& vertex : Vertices()) {
+    vertex->Parameters() = states.segment(row, vertex->Dimension());
+    row += vertex->Dimension();
+  }
+}
+
 void Scene::Describe(Values* given) {
   const VertexList vertices = Vertices();
-  Eigen::Index size = 0;
-  for (const auto& vertex : vertices) size += vertex->Dimension();
-  VecX states(size), fixed(vertices.size());
-  Eigen::Index row = 0, k = 0;
-  for (const auto& vertex : vertices) {
-    states.segment(row, vertex->Dimension()) = vertex->Parameters();
-    row += vertex->Dimension();
-    fixed[k++] = vertex->IsFixed();
-  }
+  VecX fixed(vertices.size()), sizes(sizes_.size());
+  std::transform(vertices.begin(), vertices.end(), fixed.data(), [](const auto& vertex) { return vertex->IsFixed(); });
+  std::copy(sizes_.begin(), sizes_.end(), sizes.data());
   given->Put("scene", name_);
-  given->Put("sizes",
-             Eigen::Map<const Eigen::VectorXi>(sizes_.data(), static_cast<Eigen::Index>(sizes_.size())).cast<double>());
+  given->Put("sizes", sizes);
   if (DrawnSeed()) given->Put("seed", std::to_string(*DrawnSeed()));
-  given->Put("states", states);
+  given->Put("states", States());
   given->Put("fixed", fixed);
 }
 
 std::unique_ptr<Scene> Scene::Make(const Values& given) {
   if (given.Has("seed")) TakeSeed("--seed=" + given.Word("seed"));
-  const VecX sizes = given.Vector("sizes"), states = given.Vector("states"), fixed = given.Vector("fixed");
+  const VecX sizes = given.Vector("sizes"), fixed = given.Vector("fixed");
   std::unique_ptr<Scene> scene = Make(given.Word("scene"), Sizes(sizes.data(), sizes.data() + sizes.size()));
-  Eigen::Index row = 0, k = 0;
-  for (const auto& vertex : scene->Vertices()) {
-    if (row + vertex->Dimension() > states.size() || k >= fixed.size())
-      throw WireError("not one state for each vertex");
-    vertex->Parameters() = states.segment(row, vertex->Dimension());
-    row += vertex->Dimension();
-    vertex->SetFixed(fixed[k++] != 0.0);
-  }
+  scene->SetStates(given.Vector("states"));
+  const VertexList vertices = scene->Vertices();
+  if (fixed.size() != static_cast<Eigen::Index>(vertices.size())) throw WireError("not one mark for each vertex");
+  for (size_t k = 0; k < vertices.size(); ++k) vertices[k]->SetFixed(fixed[static_cast<Eigen::Index>(k)] != 0.0);
   return scene;
 }
 
 bool Scene::Add(const std::string& name, Maker maker) { return Makers().emplace(name, maker).second; }
-
-Scene& Scene::Of(const Graph* graph) {
-  return Find("graph", [&](Scene* scene) { return &scene->GetGraph() == graph; });
-}
-Scene& Scene::Of(const Vertex* vertex) {
-  return Find("vertex", [&](Scene* scene) { return Holds(scene->Vertices(), vertex); });
-}
-Scene& Scene::Of(const Edge* edge) {
-  return Find("edge", [&](Scene* scene) { return Holds(scene->Edges(), edge); });
-}
 
 GraphScene::GraphScene(const std::string& name, const Sizes& sizes) : Scene(name, sizes) { Builds().at(name)(this); }
 

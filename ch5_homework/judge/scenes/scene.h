@@ -21,20 +21,18 @@ namespace ch5::homework {
 using VertexList = std::vector<std::shared_ptr<Vertex>>;
 using EdgeList = std::vector<std::shared_ptr<Edge>>;
 
-/// A vertex, an edge or a window of a scene is found again on the other side by the scene and its place there.
+/// A vertex or an edge is found again on the other side by its place in the scene.
 class Scene {
  public:
   using Sizes = std::vector<int>;
 
-  Scene(std::string name, Sizes sizes);
-  virtual ~Scene();
+  Scene(std::string name, Sizes sizes) : name_(std::move(name)), sizes_(std::move(sizes)) {}
+  virtual ~Scene() = default;
   Scene(const Scene&) = delete;
   Scene& operator=(const Scene&) = delete;
 
   const std::string& Name() const { return name_; }
   const Sizes& GetSizes() const { return sizes_; }
-  /// Tells the scenes of one process apart.
-  int Number() const { return number_; }
 
   virtual Graph& GetGraph() = 0;
   virtual VertexList Vertices() { return GetGraph().Vertices(); }
@@ -47,6 +45,10 @@ class Scene {
   /// @throws std::invalid_argument if there is no scene of this name
   static std::unique_ptr<Scene> Make(const std::string& name, const Sizes& sizes);
 
+  /// Of all vertices, one after the other.
+  VecX States();
+  /// @throws WireError unless there is one for each vertex
+  void SetStates(const VecX& states);
   /// All that the other side needs: name, sizes, seed, and the states of its vertices.
   void Describe(Values* given);
   /// The scene that has been described, built anew.
@@ -55,17 +57,12 @@ class Scene {
   /// Before main.
   static bool Add(const std::string& name, Maker maker);
 
-  /// The scene to which it belongs.  @throws std::logic_error if no scene of this process has it
-  static Scene& Of(const Graph* graph);
-  static Scene& Of(const Vertex* vertex);
-  static Scene& Of(const Edge* edge);
-
  private:
   virtual void NextStep() {}
 
   std::string name_;
   Sizes sizes_;
-  int number_, steps_ = 0;
+  int steps_ = 0;
 };
 
 template <typename S>

@@ -1,0 +1,81 @@
+/// marginalization_error.cc, stage 5: each function on numbers of its own, then the whole term.
+
+#include "ch5_homework/judge/checks/check.h"
+#include "ch5_homework/judge/scenes/scene.h"
+
+namespace ch5::homework {
+namespace {
+
+void InsertBlock(const Submission& student, const Values& given, Answer* answer) {
+  const auto term = student.make_marginalization_error();
+  const auto [H, J, b0, e0, dense_size] = MembersOf(*term);
+  H = given["H"];
+  b0 = given.Vector("b0");
+  dense_size = given.Int("dense_size");
+  const int row = term->InsertBlock(given.Int("dim"), given.Int("is_landmark") != 0);
+  answer->Put("H", H);
+  answer->Put("b0", b0);
+  answer->Put("dense_size", dense_size);
+  answer->Put("row", row);
+}
+
+void Eliminate(const Submission& student, const Values& given, Answer* answer) {
+  MatXX U = given["U"];
+  VecX b_a = given.Vector("b_a");
+  student.make_marginalization_error()->SchurComplement(given["V"], given["W"], given.Vector("b_b"), &U, &b_a);
+  answer->Put("U", U);
+  answer->Put("b_a", b_a);
+}
+
+// Twice: what is left of an earlier time must not show.
+void UpdateErrorComputation(const Submission& student, const Values& given, Answer* answer) {
+  const auto term = student.make_marginalization_error();
+  const auto [H, J, b0, e0, dense_size] = MembersOf(*term);
+  H = 5.0 * given["H"];
+  b0 = 3.0 * given.Vector("b0");
+  term->UpdateErrorComputation();
+  answer->Put("J before", J);
+  answer->Put("e0 before", e0);
+  H = given["H"];
+  b0 = given.Vector("b0");
+  term->UpdateErrorComputation();
+  answer->Put("J", J);
+  answer->Put("e0", e0);
+}
+
+// Of each column δχ.
+void Residual(const Submission& student, const Values& given, Answer* answer) {
+  const auto term = student.make_marginalization_error();
+  const auto [H, J, b0, e0, dense_size] = MembersOf(*term);
+  J = given["J"];
+  e0 = given.Vector("e0");
+  const MatXX& delta_chi = given["delta_chi"];
+  for (Eigen::Index k = 0; k < delta_chi.cols(); ++k) {
+    answer->Put("e " + std::to_string(k), term->Residual(delta_chi.col(k)));
+  }
+}
+
+// All edges of the scene; its vertices at these places leave in this order.
+void WholeTerm(const Submission& student, const Values& given, Answer* answer) {
+  const auto scene = MakeScene<GraphScene>(given);
+  const auto term = student.make_marginalization_error();
+  for (const auto& edge : scene->graph.Edges()) term->AddResidualBlock(edge);
+  VertexList out;
+  for (const double place : given.Vector("out")) out.push_back(scene->graph.Vertices().at(static_cast<size_t>(place)));
+  term->MarginalizeOut(out);
+  term->UpdateErrorComputation();
+  answer->Put("H", term->H());
+  answer->Put("b0", term->b0());
+  answer->Put("J", term->J());
+}
+
+[[maybe_unused]] const bool added =
+    (Linked()->make_marginalization_error = &Make<MarginalizationError, MarginalizationError>,
+     AddChecks({{"InsertBlock", &InsertBlock},
+                {"MarginalizationError::SchurComplement", &Eliminate},
+                {"UpdateErrorComputation", &UpdateErrorComputation},
+                {"Residual", &Residual},
+                {"MarginalizationError", &WholeTerm}}));
+
+}  // namespace
+}  // namespace ch5::homework
