@@ -72,7 +72,7 @@ TEST(Stage11, SecondCallStartsAfresh) {
   BundleScene scene(4, Vary(120, 130, 18), true);
   const double step = 1e-3;
   const Answer got = Ask("MakeHessian", scene, {{"step", step}});
-  const System before{got["H before"], got.Vector("b before")};
+  const System before{got["H_before"], got.Vector("b_before")};
   const Ordering ordering = MakeOrdering(scene.ba.graph);
   Update(ordering, VecX::Constant(ordering.Size(), step));
   CheckSystem(scene.ba.graph, {got["H"], got.Vector("b")},

@@ -122,24 +122,15 @@ TEST(Stage5, EliminatesAPoint) {
 }
 TEST(Stage5, EliminatesAnInverseDepth) { CheckSchur(Vary(2, 4, 39), 1); }
 
-Text FirstEntry(const MatXX& U) { return Word("U(0, 0) = " + (U.size() > 0 ? Number(U(0, 0)) : std::string("?"))); }
-
-TEST(Stage5, EliminatesASingularBlock) {  // a landmark seen once: its depth is unknown
-  Random random(Seed(41));
-  const MatXX A = RandomMatrix(2, 3, &random), B = RandomMatrix(2, 6, &random), V = A.transpose() * A;
-  const VecX r = RandomMatrix(2, 1, &random);
-  MatXX U = B.transpose() * B + MatXX::Identity(6, 6);
-  VecX b_a = RandomMatrix(6, 1, &random);
-  const MatXX V_pinv = PseudoInversePsd(V);  // [A B]ᵀ[A B]: W and b_b lie in the range of V
-  const MatXX W = B.transpose() * A;
-  const VecX b_b = -A.transpose() * r;
-  const MatXX right_U = U - W * V_pinv * W.transpose(), right_b = b_a - W * (V_pinv * b_b);
-  const System got = Eliminated(V, W, b_b, U, b_a);
-  if (Equal(got.H, right_U, 1e-7) && Equal(got.b, right_b, 1e-7)) return;
-  Fail({"5", "5.singular_V", Word("U(0, 0) = " + Number(right_U(0, 0))), FirstEntry(got.H), "5.V_no_inverse",
-        "5.5 5.2"});
+void CheckSingular(const Text& scene, const System& right, const System& got, double tolerance, const Text& infinite) {
+  if (Equal(got.H, right.H, tolerance) && Equal(got.b, right.b, tolerance)) return;
+  const auto first = [](const MatXX& U) {
+    return Word("U(0, 0) = " + (U.size() > 0 ? Number(U(0, 0)) : std::string("?")));
+  };
+  Fail({"5", scene, first(right.H), first(got.H), got.H.allFinite() ? "5.V_no_inverse" : infinite, "5.5 5.2"});
 }
 
+// First an eigenvalue that is exactly zero: the inverse of one that is zero to rounding depends on the rounding's sign.
 TEST(Stage5, EliminatesABlockThatNothingObserves) {
   Random random(Seed(42));
   const MatXX U = RandomPositiveDefinite(6, &random);
@@ -148,11 +139,21 @@ TEST(Stage5, EliminatesABlockThatNothingObserves) {
   const double v = random.Uniform(1.0, 2.0), b = random.Normal();
   const VecX w = RandomMatrix(6, 1, &random);
   const MatXX V = Vec2(v, 0.0).asDiagonal(), W = w * Vec2(1.0, 0.0).transpose();
-  const MatXX right_U = U - w * w.transpose() / v, right_b = b_a - w * (b / v);
-  const System got = Eliminated(V, W, Vec2(b, 0.0), U, b_a);
-  if (Equal(got.H, right_U, 1e-10) && Equal(got.b, right_b, 1e-10)) return;
-  Fail({"5", "5.one_of_two_observed", Word("U(0, 0) = " + Number(right_U(0, 0))), FirstEntry(got.H),
-        "5.pinv_of_zero_is_zero", "5.5 5.2"});
+  CheckSingular("5.one_of_two_observed", {U - w * w.transpose() / v, b_a - w * (b / v)},
+                Eliminated(V, W, Vec2(b, 0.0), U, b_a), 1e-10, "5.pinv_of_zero_is_zero");
+}
+
+TEST(Stage5, EliminatesASingularBlock) {  // a landmark seen once: its depth is unknown
+  Random random(Seed(41));
+  const MatXX A = RandomMatrix(2, 3, &random), B = RandomMatrix(2, 6, &random), V = A.transpose() * A;
+  const VecX r = RandomMatrix(2, 1, &random);
+  const MatXX U = B.transpose() * B + MatXX::Identity(6, 6);
+  const VecX b_a = RandomMatrix(6, 1, &random);
+  const MatXX V_pinv = PseudoInversePsd(V);  // [A B]ᵀ[A B]: W and b_b lie in the range of V
+  const MatXX W = B.transpose() * A;
+  const VecX b_b = -A.transpose() * r;
+  CheckSingular("5.singular_V", {U - W * V_pinv * W.transpose(), b_a - W * (V_pinv * b_b)},
+                Eliminated(V, W, b_b, U, b_a), 1e-7, "5.V_no_inverse");
 }
 
 // ---- 5.3 UpdateErrorComputation -------------------------------------------------------------------------------------
@@ -187,7 +188,7 @@ MatXX GramScaledBy(const MatXX& H, const VecX& p) {
 
 void CheckUpdate(const MatXX& H, const VecX& b0, const Names& names, const Text& scene) {
   const Answer got = Ask("UpdateErrorComputation", {{"H", H}, {"b0", b0}});
-  const MatXX J_before = got["J before"], e0_before = got["e0 before"], J = got["J"];  // before: 5 H and 3 b0 are given
+  const MatXX J_before = got["J_before"], e0_before = got["e0_before"], J = got["J"];  // before: 5 H and 3 b0 are given
   const VecX e0 = got.Vector("e0");
   CheckSizesAndNumbers(J, e0, H, b0, scene);
   const right::SquareRoot right(H, b0);

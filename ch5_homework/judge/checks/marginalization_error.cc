@@ -34,8 +34,8 @@ void UpdateErrorComputation(const Submission& student, const Values& given, Answ
   H = 5.0 * given["H"];
   b0 = 3.0 * given.Vector("b0");
   term->UpdateErrorComputation();
-  answer->Put("J before", J);
-  answer->Put("e0 before", e0);
+  answer->Put("J_before", J);
+  answer->Put("e0_before", e0);
   H = given["H"];
   b0 = given.Vector("b0");
   term->UpdateErrorComputation();

@@ -21,8 +21,8 @@ void MakeHessian(const Submission& student, const Values& given, Answer* answer)
   const auto problem = student.make_problem(&scene->GetGraph());
   problem->MakeHessian();
   if (given.Has("step")) {
-    answer->Put("H before", problem->Hessian());
-    answer->Put("b before", problem->RightHandSide());
+    answer->Put("H_before", problem->Hessian());
+    answer->Put("b_before", problem->RightHandSide());
     problem->UpdateStates(VecX::Constant(problem->Size(), given.Number("step")));
     problem->MakeHessian();
   }
