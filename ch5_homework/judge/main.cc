@@ -5,6 +5,8 @@
 ///   --seed        other random numbers and sizes, the same for the same S
 ///   --quiet       gtest's printer is silent: what is printed is the student's; verdicts come by --gtest_output=json:
 
+#include <dlfcn.h>
+#include <execinfo.h>
 #include <gtest/gtest.h>
 
 #include <iostream>
@@ -21,15 +23,52 @@ const char* TestNow() {
   return test == nullptr ? "start-up" : test->name();
 }
 
-// Tells whoever reads what is printed in which test it is (course/homework/judge.py).
+constexpr int kDeepest = 64;
+
+// The calls that led to the last exception of a test.
+struct Thrown {
+  int depth = 0;
+  void* calls[kDeepest];
+};
+thread_local Thrown thrown;
+
+// Tells whoever reads what is printed in which test it is, and from where an exception ended it (course/homework/judge.py).
 class TestBegins : public testing::EmptyTestEventListener {
   void OnTestStart(const testing::TestInfo& test) override {
+    thrown.depth = 0;
     std::cout << std::flush;
     std::cerr << "\x1eTEST " << test.name() << std::endl;
+  }
+
+  void OnTestEnd(const testing::TestInfo& test) override {
+    if (!test.result()->Failed() || thrown.depth == 0) return;
+    std::cout << std::flush;
+    std::cerr << "\x1eTHROWN";
+    for (int k = 0; k < thrown.depth; ++k) {
+      Dl_info file{};
+      if (dladdr(thrown.calls[k], &file) == 0) continue;
+      const std::string name = file.dli_fname;
+      std::cerr << " " << name.substr(name.rfind('/') + 1) << "(+0x" << std::hex
+                << static_cast<char*>(thrown.calls[k]) - static_cast<char*>(file.dli_fbase) << std::dec << ")";
+    }
+    std::cerr << std::endl;
   }
 };
 
 }  // namespace
+
+#ifndef CH5_SANITIZED  // whose library has its own
+/// In place of the C++ library's, which it calls: remembers where an exception begins. Its headers declare that function in
+/// more than one way.
+using Throw = void(void* object, void* type, void (*destroy)(void*));
+extern "C" [[noreturn]] Throw RememberThrow __asm__("__cxa_throw");
+extern "C" void RememberThrow(void* object, void* type, void (*destroy)(void*)) {
+  static Throw* const library = reinterpret_cast<Throw*>(dlsym(RTLD_NEXT, "__cxa_throw"));
+  thrown.depth = backtrace(thrown.calls, kDeepest);
+  library(object, type, destroy);
+  __builtin_unreachable();
+}
+#endif
 
 int main(int argc, char** argv) {
   testing::InitGoogleTest(&argc, argv);

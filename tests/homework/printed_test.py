@@ -1,6 +1,7 @@
 """What a student's code prints: counted and shown test by test, so that a debug line never hides a verdict."""
 
 import io
+import json
 import sys
 import time
 
@@ -20,18 +21,19 @@ begins("First"); print("small 1")
 begins("Second"); print("small 2\\n" * 3)
 {then}
 report = next(word for word in sys.argv if word.startswith("--gtest_output=json:")).partition(":")[2]
-failure = {{"diagnosis": json.dumps({{"stage": "1.1", "check": "H", "cause": "x"}}), "failures": [{{"failure": "f"}}]}}
+failure = {failure}
 with open(report, "w") as out:
     json.dump({{"testsuites": [{{"testsuite": [test("First"), test("Second", **failure), test("Third")]}}]}}, out)
 """
+FAILURE = {"diagnosis": json.dumps({"stage": "1.1", "check": "H", "cause": "x"}), "failures": [{"failure": "f"}]}
 
 
 class Printed(FolderTest):
-    def verdict(self, then: str, limit: float = 20.0):
+    def verdict(self, then: str, limit: float = 20.0, failure=FAILURE, words_of=None):
         path = self.folder / "check_problem"
-        path.write_text(CHECK.format(python=sys.executable, then=then), encoding="utf-8")
+        path.write_text(CHECK.format(python=sys.executable, then=then, failure=failure), encoding="utf-8")
         path.chmod(0o755)
-        return judge(path, STAGE, limit)
+        return judge(path, STAGE, limit, words_of=words_of)
 
     def told(self, verdict) -> str:
         out = io.StringIO()
@@ -49,6 +51,14 @@ class Printed(FolderTest):
         self.assertIn(f"({in_bytes(verdict.printed_bytes)} in this check; its first 15 lines)", self.told(verdict))
         self.assertIn("│ row 0\n", self.told(verdict))
         self.assertLess(len(verdict.printed), 2 << 20)
+
+    def test_an_exception_tells_the_line_that_threw_it(self):
+        verdict = self.verdict('print("\\x1eTHROWN libstdc++.so.6(+0x1) check_problem(+0x10)\\nmore", flush=True)',
+                               failure={"failures": [{"failure": 'C++ exception with description "boom" thrown in the test body.'}]},
+                               words_of=lambda command: "/student/problem.cc:71\n" if command[-1] == "0xf" else "")
+        self.assertEqual((verdict.state, verdict.diagnosis["place"]), ("crashes", "problem.cc:71"))
+        self.assertIn("boom at problem.cc:71.", self.told(verdict))
+        self.assertEqual(verdict.printed.split(), ["small", "2"] * 3 + ["more"])
 
     def test_a_flood_is_no_endless_loop(self):
         begin = time.monotonic()

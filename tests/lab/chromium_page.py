@@ -69,6 +69,13 @@ class Page:
     def click(self, selector, across=0.5, down=0.5):
         self.over(selector, across, down).click().perform()
 
+    def touch(self, selector, right, down):
+        """Drags an element by a finger."""
+        x, y = self.evaluate(f"(box => [box.x + box.width / 2, box.y + box.height / 2])(document.querySelector('{selector}').getBoundingClientRect())")
+        for kind, part in (("touchStart", 0.0), *(("touchMove", k / 10) for k in range(1, 11)), ("touchEnd", None)):
+            points = [] if part is None else [{"x": x + part * right, "y": y + part * down}]
+            self.driver.execute_cdp_cmd("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
     def drag(self, selector, right, down):
         """Drags an element by pixels, in a few moves."""
         chain = self.over(selector).click_and_hold()

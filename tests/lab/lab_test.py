@@ -316,6 +316,62 @@ class Lab(LabCase):
         self.rest()
         self.assertEqual(self.state(), "panel=solve")
 
+    def test_a_landmark_is_dragged_by_finger_and_the_page_stays(self):
+        self.page.show_as(390, 844)
+        self.open("panel=solve", lang="en")
+        self.page.evaluate("document.getElementById('handle-landmark-3').scrollIntoView({block: 'center'})")
+        scale, scrolled = self.page.evaluate("[document.querySelector('.scene').getScreenCTM().a * PIXELS, scrollY]")
+        self.page.touch("#handle-landmark-3", -48, 60)
+        self.rest()
+        number, right, up = map(float, self.page.evaluate("state.values.landmarks").split(":"))
+        self.assertEqual(number, 3)
+        self.assertAlmostEqual(right, -48 / scale, delta=0.02)
+        self.assertAlmostEqual(up, -60 / scale, delta=0.02)
+        self.assertEqual(self.page.evaluate("scrollY"), scrolled)
+
+    def test_keys_keep_their_place_when_the_picture_is_drawn_anew(self):
+        self.open("panel=solve", lang="en")
+        self.page.evaluate("document.getElementById('observations').focus()")
+        for key in ("ArrowDown", "Enter", "ArrowRight", "Enter"):
+            self.page.press(key)
+            self.rest()
+        self.assertEqual(self.page.evaluate("state.values.without"), "0:2,1:2")
+        self.page.press("Enter")
+        self.rest()
+        self.assertEqual(self.page.evaluate("state.values.without"), "0:2")
+
+    def test_what_was_left_or_reset_comes_back(self):
+        self.open("panel=solve&weight=100&frames=4", lang="en")
+        self.page.click("#tab-marginalize")
+        self.wait("state.panel === 'marginalize'")
+        self.page.click("#tab-solve")
+        self.wait("state.panel === 'solve'")
+        self.assertEqual(self.page.evaluate("[state.values.weight, state.values.frames]"), ["100", "4"])
+        self.page.click("#reset")
+        self.rest()
+        self.assertEqual(self.state(), "panel=solve")
+        self.page.evaluate("history.back()")
+        self.wait("state.values.weight === '100'")
+
+    def test_single_keys_can_be_turned_off(self):
+        self.open("panel=solve&weight=100", lang="en")
+        self.page.evaluate("document.getElementById('show-help').click()")
+        self.page.click("#keys")
+        self.page.click("#close-help")
+        self.page.press("r")
+        self.assertEqual(self.state(), "panel=solve&weight=100")
+        self.page.evaluate("document.getElementById('keys').click()")
+        self.page.press("r")
+        self.assertEqual(self.state(), "panel=solve")
+
+    def test_a_task_tells_its_number_and_the_goal(self):
+        self.open("task=baseline", lang="en")
+        self.page.evaluate("document.getElementById('option-0').click()")
+        self.wait("document.getElementById('verdict')?.textContent.includes('to reach')")
+        now, goal = map(float, re.search(r"points \[m\]: now (\S+), to reach (\S+)\.$", self.text("verdict")).groups())
+        self.assertAlmostEqual(goal / now, 4.0, delta=0.01)
+        self.assertIn(f"RMSE of the points {now:.4g}", self.page.evaluate("document.querySelector('[data-key=scene] figcaption').textContent"))
+
     def test_pictures_of_lengths_have_a_scale_and_axes_their_powers(self):
         bar = "(svg => [svg.querySelector('.scale').getBBox().width, svg.querySelector('.scale + text').textContent])"
         self.open("panel=solve", lang="en")

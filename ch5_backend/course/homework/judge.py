@@ -23,7 +23,7 @@ MOST_WORDS = 2000  # of an exception
 MOST_KEPT = 1 << 20  # bytes of the beginning of what a test prints
 MOST_LINES = 200     # of its end
 FLOOD = 10 << 20     # bytes that are enough to explain why a test takes long
-TEST_BEGINS = b"\x1eTEST "  # as main.cc writes it
+TEST_BEGINS, THROWN = b"\x1eTEST ", b"\x1eTHROWN "  # as main.cc writes them
 TIME_LIMIT = 20.0  # seconds for one stage; the reference needs less than one
 
 # What Eigen's assertions mean; the first pattern that occurs in the assertion counts.
@@ -117,12 +117,15 @@ def run_tests(executable: Path, stage: dict, time_limit: float, options, worker,
                               *(of_a_test or [time_limit]), words_of)
     else:
         verdict = read_report(tests, process.returncode, printed)
+        if verdict.state == "crashes" and (place := locate(executable, stage["file"], printed.thrown_in(failed_in(tests)), words_of)):
+            cause = {**verdict.diagnosis["cause"], "where": sentence("judge.at_place", place=place)}
+            verdict = verdict._replace(diagnosis={**verdict.diagnosis, "cause": cause, "place": place})
     return verdict._replace(tests=tuple(tests))
 
 
 class Printed(threading.Thread):
     """Reads what a process prints, test by test: its size, its beginning, and its last lines. A test begins at a line
-    TEST_BEGINS NAME (main.cc); the judge of a worker writes none."""
+    TEST_BEGINS NAME (main.cc), and an exception ends it with its calls, THROWN CALLS; the judge of a worker writes neither."""
 
     def __init__(self, stream):
         super().__init__(daemon=True)
@@ -132,7 +135,10 @@ class Printed(threading.Thread):
     def run(self) -> None:
         for line in iter(lambda: self.stream.readline(MOST_KEPT), b""):
             before, begins, name = line.partition(TEST_BEGINS)
-            self.tests[-1][1].add(before)
+            before, _, calls = before.partition(THROWN)
+            part = self.tests[-1][1]
+            part.add(before)
+            part.thrown = part.thrown or calls.decode("utf-8", "replace")
             if begins:
                 self.tests.append((name.decode("utf-8", "replace").strip(), Part()))
 
@@ -142,12 +148,16 @@ class Printed(threading.Thread):
         parts = [part for name, part in self.tests if part.size and (name == test or test not in known)]
         return parts[-1] if parts else Part()
 
+    def thrown_in(self, test: str) -> str:
+        return next((part.thrown for name, part in self.tests if name == test), "")
+
 
 class Part:
     """What was printed in a test."""
 
     def __init__(self):
         self.size, self.head, self.tail = 0, bytearray(), deque(maxlen=MOST_LINES)
+        self.thrown = ""  # the calls that led to an exception
 
     def add(self, line: bytes) -> None:
         self.size += len(line)
@@ -208,9 +218,9 @@ def read_failure(test: dict) -> Verdict:
         return Verdict("not-started", not_started(missing[1], missing[2]))
     if thrown := re.search(r'C\+\+ exception with description "(.*)" thrown', text, re.DOTALL):
         reason = in_plain_words(thrown[1], EXCEPTIONS)
-        return Verdict("crashes", because("judge.exception", test=test["name"], reason=reason))
+        return Verdict("crashes", because("judge.exception", test=test["name"], reason=reason, where=""))
     if "Unknown C++ exception" in text:
-        return Verdict("crashes", because("judge.unknown_exception", test=test["name"]))
+        return Verdict("crashes", because("judge.unknown_exception", test=test["name"], where=""))
     text = (text.partition("\n")[2] or text).strip()  # without the line of the test
     return Verdict("wrong", because("judge.test_failed", test=test["name"]), "\n".join(text.splitlines()[:SHOWN_LINES]))
 
