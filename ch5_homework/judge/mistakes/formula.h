@@ -8,10 +8,7 @@ namespace ch5::homework {
 
 inline Text SignAdded(const char* term) { return {"formula.sign_added", {{"term", Word(term)}}}; }
 inline Text InverseMeant(const char* matrix) { return {"formula.inverse_meant", {{"matrix", Word(matrix)}}}; }
-inline Text RootMeant(const char* matrix) { return {"formula.root_meant", {{"this", Word(matrix)}}}; }
-inline Text RootTwice(const char* matrix) { return {"formula.root_twice", {{"this", Word(matrix)}}}; }
 inline Text DiagonalAlone(const char* matrix) { return {"formula.diagonal_alone", {{"matrix", Word(matrix)}}}; }
-inline Text AsLargeAs(const char* matrix) { return {"formula.as_large_as", {{"matrix", Word(matrix)}}}; }
 inline Text DirectionCut(const char* matrix) { return {"formula.known_direction_cut", {{"matrix", Word(matrix)}}}; }
 inline Text NothingWritten(const char* matrix) { return {"formula.nothing_written", {{"matrix", Word(matrix)}}}; }
 inline Text StandsFor(const char* it, const char* meant) {
@@ -23,16 +20,6 @@ inline Text StandsFor(const char* it, const char* meant, const char* formula) {
 inline Text ActsTwice(const char* it, const char* where) {
   return {"formula.acts_twice", {{"this", Word(it)}, {"that", Word(where)}}};
 }
-inline Text Missing(const char* it, const char* left) {
-  return {"formula.missing_leaves", {{"this", Word(it)}, {"that", Word(left)}}};
-}
-inline Text MissingFrom(const char* it, const char* formula) {
-  return {"formula.missing_from", {{"this", Word(it)}, {"formula", Word(formula)}}};
-}
-inline Text MissingIn(const char* it, const char* product) {
-  return {"formula.missing_in", {{"this", Word(it)}, {"product", Word(product)}}};
-}
-inline Text StepMeant(const char* step) { return {"formula.b_p_for_step", {{"step", Word(step)}}}; }
 
 /// "b_" changed, in place of "b_schur_".
 inline Text ChangedInPlace(const char* it, const char* meant) {

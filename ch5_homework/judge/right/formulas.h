@@ -59,6 +59,22 @@ struct SquareRoot {
 /// 5.4
 Formula Residual(const MatXX& J, const VecX& e0, const VecX& delta_chi);
 
+/// 6d: what is left of A and b once the first m rows are dropped.
+struct KeptRows {
+  Formula A_r, b_r;
+
+  KeptRows(const MatXX& A, const VecX& b, int m);
+};
+
+/// 6e: J and r₀ from A_r = V S Vᵀ, as JᵀJ = A_r and Jᵀr₀ = b_r.
+struct Factored {
+  VecX eigenvalues;  ///< S, and 0 where they count as zero
+  double cost;       ///< r₀ᵀr₀
+  Formula JtJ, Jtr0;
+
+  Factored(const MatXX& A, const VecX& b);
+};
+
 /// 7d, 7e: PlainBlockSolver::Solve, dense, and pose by pose and landmark by landmark.
 struct BlockSolve {
   Formula S, b_S, delta_x;
