@@ -169,6 +169,14 @@ class Attacks(unittest.TestCase):
     def test_none_that_attacks_the_compiler_scores(self):
         self.none_scores(self.texts_of("compiling"))
 
+    def test_no_right_answer_that_brings_machine_code_scores(self):
+        solution = solution_text("gauge_prior.cc")
+        texts = {name: (code + fill(solution, lambda region: region.solution)).encode() for name, code in read_attacks("provenance").items()}
+        self.none_scores(texts, "both-compilers")
+        for name, record in self.records.items():
+            if not name.endswith("honest"):
+                self.assertIn("compiler.machine_code", json.dumps(record["stages"][0]["diagnosis"]), name)
+
     def test_what_the_first_compiler_refuses_does_not_score_with_the_second(self):
         texts = {**self.texts_of("start"), **self.texts_of("compiling")}
         self.none_scores({name: texts[name] for name in ("the_librarys_function_again", "compiler_crash")}, "both-compilers")

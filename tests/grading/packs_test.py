@@ -9,8 +9,14 @@ import zipfile
 from pathlib import Path
 from unittest import mock
 
+try:
+    import yaml
+except ImportError:
+    yaml = None
+
 from ch5_backend.course.base.errors import CourseError
 from ch5_backend.course.grading import pack
+from ch5_backend.course.grading.rubric import read_rubric
 from ch5_backend.course.grading.student import tracked_files
 from tests.folder import FolderTest
 from tests.grading.grade_test import GRADER, environment
@@ -41,10 +47,31 @@ class Packs(FolderTest):
             self.assertEqual([name for name in found if name.startswith(("build/", "out/", ".git/"))], [])
             self.assertRaisesRegex(CourseError, "only git knows", tracked_files)
 
-    def test_the_workflow_is_yaml_that_runs_the_grader(self):
-        text = self.pack("classroom", "classroom.yml", "zh").read_text(encoding="utf-8")
-        self.assertIn("./course/course grade submission --out grades --language zh\n", text)
-        self.assertNotIn("\t", text)
+    def workflow(self, what: str) -> dict:
+        self.text = self.pack(what, f"{what}.yml", "zh").read_text(encoding="utf-8")
+        self.assertNotIn("\t", self.text)
+        return yaml.safe_load(self.text)
+
+    @unittest.skipIf(yaml is None, "no python3-yaml")
+    def test_the_students_workflow_has_no_key_and_reports_the_rubrics_points(self):
+        job = self.workflow("classroom")["jobs"]["run-autograding-tests"]
+        self.assertNotIn("secrets", self.text)
+        self.assertNotIn("course grade", self.text)
+        steps = {step["id"]: step["with"] for step in job["steps"] if "id" in step}
+        points = {stage: sum(checks.values()) for stage, checks in read_rubric().items()}
+        self.assertEqual({one["command"]: one["max-score"] for one in steps.values()},
+                         {f"./course check {stage}": n for stage, n in points.items() if n})
+        reporter = job["steps"][-1]
+        self.assertEqual(reporter["with"]["runners"].split(","), list(steps))
+        self.assertEqual(reporter["env"], {f"{own.upper()}_RESULTS": "${{ steps.%s.outputs.result }}" % own for own in steps})
+
+    @unittest.skipIf(yaml is None, "no python3-yaml")
+    def test_the_courses_workflow_shows_its_token_to_one_step(self):
+        job = self.workflow("classroom-grading")["jobs"]["grade"]
+        with_token = [step for step in job["steps"] if "secrets." in str(step)]
+        self.assertEqual(len(with_token), 1)
+        self.assertNotIn("course grade", with_token[0]["run"])
+        self.assertIn("--out grades --language zh\n", self.text)
 
     @unittest.skipUnless(GRADER.exists(), "no Clang: without ./course grade")
     def test_gradescope_s_entry_point_in_gradescope_s_folders(self):

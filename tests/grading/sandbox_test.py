@@ -24,6 +24,24 @@ def shell(script: str, **limits):
     return Sandbox(limits=Limits(**limits)).run(["sh", "-c", script])
 
 
+def compiler(*command, **limits):
+    """With a place to write, and the list of its processes: as a compiler runs, and not what is graded."""
+    with tempfile.TemporaryDirectory() as folder:
+        os.chmod(folder, 0o777)
+        return Sandbox(writable={"/out": folder}, limits=Limits(**limits)).run(command)
+
+
+CODE = """
+import ctypes, mmap
+for what in ("mmap.mmap(-1, 4096, prot=7)", "open('/tmp/x', 'w')", "open('/proc/self/mem', 'r+b')",
+             "ctypes.CDLL(None, use_errno=True).mprotect(ctypes.c_void_p(id(what) & ~4095), 4096, 5)"):
+    try:
+        print(eval(what))
+    except OSError as error:
+        print(error.errno)
+"""
+
+
 @unittest.skipIf(WHY_NOT, WHY_NOT)
 class Inside(unittest.TestCase):
     def test_words_and_exit_code_come_out(self):
@@ -42,7 +60,7 @@ class Inside(unittest.TestCase):
         self.assertIn("Read-only file system", outcome.output)
 
     def test_it_is_nobody_without_rights(self):
-        outcome = shell("id -u; grep -E 'CapEff|NoNewPrivs|Seccomp:' /proc/self/status")
+        outcome = compiler("sh", "-c", "id -u; grep -E 'CapEff|NoNewPrivs|Seccomp:' /proc/self/status")
         self.assertRegex(outcome.output, r"CapEff:\s+0{16}\nNoNewPrivs:\s+1\nSeccomp:\s+2")
         self.assertNotEqual(outcome.output.split()[0], "0")
 
@@ -52,16 +70,19 @@ class Inside(unittest.TestCase):
 
     def test_other_processes_are_not_there(self):
         with subprocess.Popen(["sleep", "60"]) as other:
-            outcome = shell(f"ls -d /proc/[0-9]* | wc -l; kill -9 {other.pid}")
+            outcome = compiler("sh", "-c", 'ls -d /proc/[0-9]* | wc -l; kill -9 "$0"', str(other.pid))
             self.assertIsNone(other.poll())
             other.kill()
         self.assertLess(int(outcome.output.split()[0]), 8)
 
     def test_the_first_process_inside_is_limited_too(self):  # the others may write into its memory
-        self.assertRegex(shell("cat /proc/1/limits", seconds=7).output, r"Max cpu time +7 ")
+        self.assertRegex(compiler("cat", "/proc/1/limits", seconds=7).output, r"Max cpu time +7 ")
+
+    def test_nothing_becomes_code_that_no_compiler_has_made(self):
+        self.assertEqual(Sandbox().run(["python3", "-c", CODE]).output.split(), ["1", "30", "2", "-1"])
 
     def test_where_memory_runs_out_it_is_the_first_to_go(self):
-        self.assertEqual(shell("cat /proc/self/oom_score_adj").output, "1000\n")
+        self.assertEqual(compiler("cat", "/proc/self/oom_score_adj").output, "1000\n")
 
     def test_the_courses_library_and_the_project_are_not_there_if_they_lie_below_usr(self):
         with tempfile.TemporaryDirectory() as folder:
@@ -81,8 +102,9 @@ class Inside(unittest.TestCase):
     def test_what_the_parent_has_open_is_not_inherited(self):
         with tempfile.TemporaryFile() as secret:
             os.set_inheritable(secret.fileno(), True)
-            command = Sandbox().wrap(["ls", "/proc/self/fd"])
-            found = subprocess.run(command, pass_fds=(secret.fileno(),), capture_output=True, text=True, check=False).stdout
+            with tempfile.TemporaryDirectory() as folder:
+                command = Sandbox(writable={"/out": folder}).wrap(["ls", "/proc/self/fd"])
+                found = subprocess.run(command, pass_fds=(secret.fileno(),), capture_output=True, text=True, check=False).stdout
         self.assertEqual(found.split(), ["0", "1", "2", "3"])  # 3 is the folder that ls reads
 
     def test_an_endless_loop_ends_by_its_processor_time(self):
@@ -114,9 +136,9 @@ class Inside(unittest.TestCase):
         self.assertIn("MemoryError", shell("python3 -c 'x = bytearray(3 << 30)'").output)
         flood = shell("yes", file_size=8 * MIB, output=1000)
         self.assertEqual((len(flood.output), flood.exit_code < 0), (1000, True))
-        full = shell("head -c 100M /dev/zero > /tmp/a; head -c 100M /dev/zero > /tmp/b; ls -s /tmp", file_size=16 * MIB)
+        full = compiler("sh", "-c", "head -c 100M /dev/zero > /tmp/a; head -c 100M /dev/zero > /tmp/b; ls -s /tmp", file_size=16 * MIB)
         self.assertLess(sum(int(word) for word in full.output.split() if word.isdigit()), 70_000)
-        elsewhere = shell("for place in / /dev /dev/shm /out; do head -c 1M /dev/zero > $place/x && echo written; done")
+        elsewhere = shell("for place in / /dev /dev/shm /out /tmp; do head -c 1M /dev/zero > $place/x && echo written; done")
         self.assertNotIn("written", elsewhere.output)
 
     def test_a_hundred_runs_leave_no_process_and_no_descriptor(self):

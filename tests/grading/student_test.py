@@ -69,14 +69,14 @@ class Archive(FolderTest):
 
     def test_no_name_in_the_assembly_spells_a_formula_out(self):
         for name in FILES:
-            self.assertRegex(self.compiled[name], FORMULA)
+            self.assertRegex(self.compiled[f"solutions/{name}"], FORMULA)
             self.assertNotRegex(self.files[f"solutions/{name}.s"].decode(), FORMULA)
             self.assertNotIn(str(ROOT), self.files[f"solutions/{name}.s"].decode())
 
     def test_what_gives_solutions_away_is_left_out(self):
         for name in self.files:
-            self.assertNotRegex(name, r"^solutions/.*(\.cc|\.md)$|\.samples$|\.mistakes$|\.attacks$|INSTRUCTORS|GRADING|^slides/.*\.md$|^\.git/")
-        self.assertLessEqual({"course", "README.md", "solutions/problem.cc.s", "ch5_homework/problem.cc",
+            self.assertNotRegex(name, r"^(solutions|ch5_homework/judge/right)/.*(\.cc|\.md)$|\.samples$|\.mistakes$|\.attacks$|INSTRUCTORS|GRADING|^slides/.*\.md$|^\.git/")
+        self.assertLessEqual({"course", "README.md", "solutions/problem.cc.s", "ch5_homework/problem.cc", "ch5_homework/judge/right/problem.cc.s",
                               "slides/figures/overview.en.svg", "ch5_homework/judge/stage_1_1.cc"}, set(self.files))
 
     def test_no_cause_is_in_the_clear(self):

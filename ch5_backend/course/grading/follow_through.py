@@ -2,12 +2,14 @@
 
 A blank is replaced by the solution's lines, and the stage compiled and judged as before. If it is right with k of its n
 blanks replaced, the other n − k are right, and have their share of the points, rounded down to half a point. What earns
-points passes every check, on the same cases, in the same sandbox; what such a program prints is shown to nobody.
+points passes every check, on the same cases, in the same sandbox; what such a program prints is shown to nobody. The solution's lines
+stand only between lines that cannot read them (provenance.closed_to), and have the numbers of those that they replace.
 """
 
 import difflib
 import re
 
+from . import provenance
 from ..homework.blanks import asks_deep, own_todo
 from ..homework.diagnosis import Verdict
 from ..homework.make_skeleton import skeleton
@@ -55,7 +57,7 @@ def mended(file: str, text: str, todos) -> str:
     lines = text.splitlines(keepends=True)
     for todo, (begin, end) in sorted(blanks_of(file, text).items(), key=lambda item: item[1], reverse=True):
         if todo in todos:
-            lines[begin:end] = [solved[todo]]
+            lines[begin:end] = [solved[todo], f"#line {end + 1}\n"]
     return "".join(lines)
 
 
@@ -69,6 +71,8 @@ def follow_through(stage: dict, content: bytes, verdict: Verdict, judge) -> dict
     spans = blanks_of(file, text)
     todos = [todo for todo in [*stage["todos"], *stage.get("deep", [])] if todo in spans]
     if not set(stage["todos"]) <= set(todos):
+        return {}
+    if not provenance.closed_to(text, [offset(text, line) for span in spans.values() for line in span]):
         return {}
     empty = [todo for todo in todos
              if any(line.strip().startswith("throw HomeworkMissing(") for line in lines[slice(*spans[todo])])]
@@ -103,6 +107,10 @@ def follow_through(stage: dict, content: bytes, verdict: Verdict, judge) -> dict
         if some_left(replaced) and after(replaced).state == "right":
             return {"replaced": replaced, "blanks": blanks(replaced)}
     return {}
+
+
+def offset(text: str, line: int) -> int:
+    return sum(map(len, text.splitlines(keepends=True)[:line]))
 
 
 def blamed(verdict: Verdict, file: str, content: bytes, spans: dict) -> str:

@@ -28,7 +28,7 @@ from .submission import collect, handed_in, refuse
 from .toolchain import Infrastructure, Toolchain
 
 MOST_TOLD = 40  # lines on the terminal; summary.html has all
-VERSION = 3  # of the records; another one is graded again
+VERSION = 4  # of the records; another one is graded again
 
 
 def run_grade(arguments) -> int:
@@ -149,10 +149,10 @@ def the_seed(out: Path, asked) -> int:
 class Session:
     """What all submissions of a run share."""
 
-    def __init__(self, out: Path, toolchain: Toolchain, stages: list, rubric: dict, seed: int, say: Speaker):
+    def __init__(self, out: Path, toolchain: Toolchain, stages: list, rubric: dict, seed: int, say: Speaker, by_blanks: bool = True):
         self.out, self.toolchain, self.stages, self.rubric, self.seed = out, toolchain, stages, rubric, seed
-        self.say = say
-        self.key = f"{VERSION} {toolchain.digest} {seed}"
+        self.say, self.by_blanks = say, by_blanks
+        self.key = f"{VERSION} {toolchain.digest} {seed}" + " whole" * (not by_blanks)
         self.locks, self.guard = {}, threading.Lock()
 
     def grade_all(self, submissions: dict, jobs: int) -> None:
@@ -183,7 +183,7 @@ class Session:
             return False
         record = {"name": name, "path": os.fsencode(path).decode("utf-8", "backslashreplace"), "key": key, "content": submission.key(), "seed": self.seed,
                   "handed_in": handed_in(*paths), **gradescope(path.parent).get(path.name, {}),
-                  **grade(submission, self.toolchain, lacking or self.stages, self.rubric, self.seed, self.cached)}
+                  **grade(submission, self.toolchain, lacking or self.stages, self.rubric, self.seed, self.cached, self.by_blanks)}
         if processes.stopped_by() is not None:
             return False  # its programs were ended: this is no verdict
         if known and known["stages"] and "error" in record:

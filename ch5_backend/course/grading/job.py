@@ -28,7 +28,8 @@ OUT_OF_TIME = "judge.submission_too_long"
 RUNNING = Limits(seconds=10, wall_seconds=SECONDS_A_TEST + 5.0)
 
 
-def grade_file(toolchain: Toolchain, file: str, content: bytes, stages: list, rubric: dict, seed: int, clock: Clock) -> dict:
+def grade_file(toolchain: Toolchain, file: str, content: bytes, stages: list, rubric: dict, seed: int, clock: Clock,
+               by_blanks: bool = True) -> dict:
     """{"stages": a row for each, "cpu_seconds", "peak_mib", "complete"}, cpu and peak of the compiler; it is not complete where
     the clock has run out. Raises Infrastructure."""
     folder, compiled = Path(tempfile.mkdtemp(dir=scratch())), clock.compiler
@@ -43,7 +44,7 @@ def grade_file(toolchain: Toolchain, file: str, content: bytes, stages: list, ru
             row = stage_row(stage, verdict, rubric[stage["id"]], time.monotonic() - begin)
             if verdict.state == "wrong":
                 row["lines"] = unnamed.excerpt(stage, content, verdict.diagnosis.get("todo", ""))
-            if verdict is not of_all and verdict.state in FOLLOWED and built.cpu_seconds < LONGEST_FOLLOWED:
+            if by_blanks and verdict is not of_all and verdict.state in FOLLOWED and built.cpu_seconds < LONGEST_FOLLOWED:
                 row.update(follow_through(stage, content, verdict,
                                           lambda text, stage=stage: judged(toolchain, file, text, stage, seed, clock)))
             rows.append(row)
@@ -127,7 +128,8 @@ def missing_row(stage: dict, checks: dict, unread: bool) -> dict:
     return stage_row(stage, verdict, checks, 0.0)
 
 
-def grade(submission: Submission, toolchain: Toolchain, stages: list, rubric: dict, seed: int, cached) -> dict:
+def grade(submission: Submission, toolchain: Toolchain, stages: list, rubric: dict, seed: int, cached,
+          by_blanks: bool = True) -> dict:
     """The record of a submission. `cached(file, stages, content, make)` returns make() or what it was for the same
     content."""
     begin, record = time.monotonic(), {"status": "graded", "faults": submission.faults, "unread": submission.unread, "stages": []}
@@ -139,7 +141,7 @@ def grade(submission: Submission, toolchain: Toolchain, stages: list, rubric: di
                 record["stages"] += [missing_row(stage, rubric[stage["id"]], bool(submission.unread)) for stage in own]
                 continue
             content = submission.files[file]
-            result = cached(file, own, content, lambda: grade_file(toolchain, file, content, own, rubric, seed, clock))
+            result = cached(file, own, content, lambda: grade_file(toolchain, file, content, own, rubric, seed, clock, by_blanks))
             record["stages"] += result["stages"]
             cpu, peak = cpu + result["cpu_seconds"], max(peak, result["peak_mib"])
         if any(row["state"] == "unread" for row in record["stages"]):

@@ -8,8 +8,10 @@ from ch5_backend.figures.atomic_write import atomic_write, write_whole
 
 from ..base.cmake_build import ROOT
 from ..base.errors import CourseError
+from .rubric import read_rubric
 from .student import listed_by_git, pack_student
 
+PACKED = ("student", "gradescope", "classroom", "classroom-grading")
 LONG_AGO = (1980, 1, 1, 0, 0, 0)  # the same files give the same bytes
 
 SETUP = """\
@@ -37,33 +39,67 @@ fi
 rm -rf "$out"
 """
 
+# The students' repository has no key, and nothing but the students' archive: what its jobs may read, students may read.
 CLASSROOM = """\
-# GitHub Classroom: .github/workflows/classroom.yml of the assignment's repository, which has the files of ch5_homework/.
-# COURSE is the repository of the course, which students need not see; its key is the secret COURSE_KEY.
-name: grade
+# GitHub Classroom: .github/workflows/classroom.yml of the assignment's repository, which holds the students' archive
+# (./course pack student). It has no key and no solution: it runs the public checks, for practice. Marks are given by the
+# course's own repository, with the workflow of ./course pack classroom-grading.
+name: GitHub Classroom Workflow
 on: [push, workflow_dispatch]
+permissions: {checks: write, actions: read, contents: read}
+jobs:
+  run-autograding-tests:
+    runs-on: ubuntu-22.04
+    if: github.actor != 'github-classroom[bot]'
+    steps:
+      - uses: actions/checkout@v4
+      - run: ./course check --language LANGUAGE || true  # builds once; each step below has its own verdict
+TESTS      - uses: classroom-resources/autograding-grading-reporter@v1
+        env:
+RESULTS        with: {runners: "RUNNERS"}
+"""
+
+STAGE_TEST = """\
+      - id: stage-ID
+        uses: classroom-resources/autograding-command-grader@v1
+        with: {test-name: "Stage STAGE", command: ./course check STAGE, timeout: 10, max-score: POINTS}
+"""
+
+GRADING = """\
+# .github/workflows/grade.yml of the course's own repository, which students cannot read. It fetches what was handed in, grades
+# it in the sandbox, and keeps the marks here; nothing of it runs in a student's repository.
+# Secret CLASSROOM_TOKEN: a fine-grained token that may read the organization's repositories (contents) and Classroom.
+name: grade a Classroom assignment
+on:
+  workflow_dispatch:
+    inputs: {assignment: {description: "its number, from gh classroom assignments", required: true}}
+permissions: {contents: read}
 jobs:
   grade:
     runs-on: ubuntu-22.04
-    env: {COURSE: owner/course}
+    env: {ASSIGNMENT: "${{ inputs.assignment }}"}
     steps:
       - uses: actions/checkout@v4
-        with: {path: submission}
-      - uses: actions/checkout@v4
-        with: {repository: "${{ env.COURSE }}", ssh-key: "${{ secrets.COURSE_KEY }}", path: course}
-      - run: ./course/course grade submission --out grades --language LANGUAGE
-      - run: cat grades/submission/autolab.json >> "$GITHUB_STEP_SUMMARY"
-        if: always()
+      - name: fetch, with the token in this step alone
+        env: {GH_TOKEN: "${{ secrets.CLASSROOM_TOKEN }}"}
+        run: |
+          gh extension install github/gh-classroom
+          gh auth setup-git
+          gh classroom clone student-repos --assignment-id "$ASSIGNMENT" --directory "$RUNNER_TEMP/handed_in"
+          gh classroom assignment-grades --assignment-id "$ASSIGNMENT" --file-name "$RUNNER_TEMP/classroom.csv"
+      - run: |  # a student's own workflow, hooks and settings are data here: only the homework's files are read
+          find "$RUNNER_TEMP/handed_in" -mindepth 2 -maxdepth 2 -type d > "$RUNNER_TEMP/list"
+          ./course grade --list "$RUNNER_TEMP/list" --out grades --language LANGUAGE
       - uses: actions/upload-artifact@v4
         if: always()
-        with: {name: feedback, path: grades/submission}
+        with: {name: grades, path: grades}
 """
 
 
 def refuse(what: str) -> None:
     """Raises CourseError for what cannot be packed."""
-    if what not in ("student", "gradescope", "classroom"):
-        raise CourseError(f"./course pack makes student, gradescope or classroom, not '{what}'")
+    if what not in PACKED:
+        raise CourseError(f"./course pack makes {', '.join(PACKED[:-1])} or {PACKED[-1]}, not '{what}'")
 
 
 def pack(what: str, out: str, language: str) -> int:
@@ -72,14 +108,23 @@ def pack(what: str, out: str, language: str) -> int:
     if what == "gradescope":
         path = Path(out or "gradescope.zip")
         write_zip(path, {**project_files(), "setup.sh": SETUP.encode(), "run_autograder": RUN.replace("LANGUAGE", language).encode()})
-    elif what == "classroom":
-        path = Path(out or "classroom.yml")
-        write_whole(path, CLASSROOM.replace("LANGUAGE", language))
+    elif what != "student":
+        path = Path(out or ("classroom.yml" if what == "classroom" else "grade.yml"))
+        write_whole(path, (classroom() if what == "classroom" else GRADING).replace("LANGUAGE", language))
     else:
         path = Path(out or "chapter5.tar.gz")
         pack_student(path)
     print(f"{path}: {-(-path.stat().st_size >> 10)} KB")
     return 0
+
+
+def classroom() -> str:
+    """A step for each stage that has points, by the rubric; the reporter adds their points for Classroom."""
+    points = {stage: sum(checks.values()) for stage, checks in read_rubric().items()}
+    stages = {stage: (stage.replace(".", "-"), n) for stage, n in points.items() if n}
+    tests = "".join(STAGE_TEST.replace("STAGE", stage).replace("ID", own).replace("POINTS", f"{n:g}") for stage, (own, n) in stages.items())
+    results = "".join(f'          STAGE-{own}_RESULTS: "${{{{ steps.stage-{own}.outputs.result }}}}"\n' for own, _ in stages.values())
+    return CLASSROOM.replace("TESTS", tests).replace("RUNNERS", ",".join(f"stage-{own}" for own, _ in stages.values())).replace("RESULTS        with", results + "        with")
 
 
 def project_files() -> dict:

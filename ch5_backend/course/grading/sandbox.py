@@ -6,6 +6,7 @@ no other process. Where it cannot be had, it says why and nothing is run.
 
 import errno
 import glob
+import mmap
 import os
 import resource
 import shutil
@@ -34,7 +35,7 @@ FORBIDDEN_CALLS = (
     "unshare", "setns", "keyctl", "add_key", "request_key", "bpf", "perf_event_open", "userfaultfd", "io_uring_setup",
     "io_uring_enter", "io_uring_register", "kexec_load", "init_module", "finit_module", "delete_module", "swapon",
     "swapoff", "reboot", "settimeofday", "clock_settime", "socket", "socketpair", "fanotify_init", "open_by_handle_at",
-    "shmget", "msgget", "semget", "mq_open", "memfd_create")
+    "shmget", "msgget", "semget", "mq_open", "memfd_create", "memfd_secret", "personality", "pkey_mprotect")
 NEW_USER_NAMESPACE = 0x10000000  # CLONE_NEWUSER
 
 
@@ -71,9 +72,11 @@ class Sandbox:
         bubble = ["bwrap", "--unshare-all", "--die-with-parent", "--new-session", "--cap-drop", "ALL", "--clearenv",
                   "--setenv", "PATH", "/usr/bin", "--setenv", "LC_ALL", "C.UTF-8", "--setenv", "HOME", "/tmp",
                   "--ro-bind", "/usr", "/usr", *hiding(installed()), "--symlink", "usr/bin", "/bin", "--symlink", "usr/lib", "/lib",
-                  "--symlink", "usr/lib64", "/lib64", "--proc", "/proc", "--dev", "/dev",
+                  "--symlink", "usr/lib64", "/lib64", *(("--proc", "/proc") if self.writable else ()), "--dev", "/dev",
                   "--size", str(64 * MIB), "--tmpfs", "/tmp", *binds,
                   "--remount-ro", "/dev", "--remount-ro", "/",  # they have no limit of size
+                  # What is graded can write no file that it then loads or starts, and not into its own code.
+                  *(() if self.writable else ("--remount-ro", "/tmp")),
                   "--chdir", "/tmp", "--hostname", "sandbox",
                   "--as-pid-1", "--seccomp", "9"]
         some = self.limits
@@ -183,6 +186,11 @@ def call_filter() -> Path:
         for call, argument in (("kill", 1), ("tkill", 1), ("tgkill", 2)):  # who is stopped has been stopped from outside: see watch.py
             for number in (signal.SIGSTOP, signal.SIGTSTP, signal.SIGTTIN, signal.SIGTTOU):
                 rules.add_rule(seccomp.ERRNO(errno.EPERM), call, seccomp.Arg(argument, seccomp.MASKED_EQ, 0xFFFFFFFF, number))
+        # No bytes that a program has made or brought become code.
+        executable = seccomp.Arg(2, seccomp.MASKED_EQ, mmap.PROT_EXEC, mmap.PROT_EXEC)
+        rules.add_rule(seccomp.ERRNO(errno.EPERM), "mprotect", executable)
+        rules.add_rule(seccomp.ERRNO(errno.EPERM), "mmap", executable,
+                       seccomp.Arg(3, seccomp.MASKED_EQ, mmap.MAP_ANONYMOUS, mmap.MAP_ANONYMOUS))
         rules.add_rule(seccomp.ERRNO(errno.ENOSYS), "clone3")  # its flags cannot be seen; libc then takes clone
         _filter = scratch() / "calls.bpf"
         with open(_filter, "wb") as file:

@@ -1,5 +1,6 @@
 """./course pack student: the project as students get it. The solutions are in it as assembly, as ./course run, the stages
-that build on one another and the tests of the library need them; what would show them as text is left out."""
+that build on one another and the tests of the library need them, and so is what the judge knows to be right; what would show them
+as text is left out. A graded file can carry no assembly: provenance.py."""
 
 import gzip
 import io
@@ -79,9 +80,11 @@ def listed_by_git(*options):
 
 
 def compiled_solutions() -> dict:
-    """{"problem.cc": assembly}"""
+    """{"solutions/problem.cc": assembly}, also of what the judge knows to be right."""
     build_or_fail(["solutions_as_assembly"])
-    return {name: (BUILD / "solutions" / f"{name}.s").read_text(encoding="utf-8") for name in FILES}
+    names = [f"solutions/{name}" for name in FILES]
+    names += sorted(str(path.relative_to(ROOT)) for path in (ROOT / "ch5_homework/judge/right").glob("*.cc"))
+    return {name: (BUILD / f"{name}.s").read_text(encoding="utf-8") for name in names}
 
 
 def built_pages(out: Path) -> dict:
@@ -108,7 +111,9 @@ def student_files(files: dict, compiled: dict, built: dict) -> dict:
     for name in FILES:
         given[f"ch5_homework/{name}"] = skeleton(name).encode()  # whatever somebody has filled in
         given[f"solutions/{name}.blank"] = blanked(solution_text(name)).encode()
-        given[f"solutions/{name}.s"] = (made_for + without_formulas(compiled[name])).encode()
+    for name in compiled:
+        given.pop(name, None)
+        given[f"{name}.s"] = (made_for + without_formulas(compiled[name])).encode()
     hide_causes(given)
     for name in given:
         if name.endswith(".md"):
@@ -129,7 +134,7 @@ def hide_causes(given: dict) -> None:
         if name.endswith((".h", ".cc", ".py", "/answers.csv")):
             text = given[name].decode("utf-8")
             text = ID.sub(lambda found: f'"{found[1]}.{numbers.get((found[1], found[2]), found[2])}"', text)
-            if name.startswith(("ch5_homework/judge/mistakes/", "ch5_homework/judge/right/")):
+            if name.startswith("ch5_homework/judge/mistakes/"):
                 text = COMMENT.sub("", text)
             given[name] = text.encode()
 

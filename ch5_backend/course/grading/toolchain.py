@@ -16,12 +16,15 @@ from ..base.cmake_build import BUILD, build_or_fail
 from ..homework.compiler import does_not_compile
 from ..homework.diagnosis import Verdict, because
 from ..base.scratch import scratch
+from . import provenance
 from .sandbox import MIB, Limits, Sandbox
 
 # A compiler needs two seconds and half a gigabyte for the solutions.
 COMPILING = Limits(seconds=30, wall_seconds=120.0, memory=3072 * MIB, processes=16, file_size=128 * MIB)
 COMPILERS_SECONDS = 60.0  # of the processor, for all compilations of a submission; the solutions need twelve
 COMPILERS_WALL = 120.0
+# In a process of its own, so that the driver survives a crash of the compiler and tells of it.
+MAKES, MADE = (("-S", "-emit-llvm", "-fno-integrated-cc1"), ("-E",)), ("/out/made.ll", "/out/made.ii")
 LONGEST_LINE = 2000  # of the compiler's words: patterns take the square of it
 # The compiler's or the linker's own words about the file that it was given.
 BLAMES_THE_FILE = re.compile(r"[Ee]rror: |undefined reference|multiple definition|terminated by signal|out of memory|"
@@ -64,7 +67,7 @@ class Toolchain:
         self.compilers, self.judge = table["compile"], Path(table["judge"])
         self.include, self.archives = Path(table["include"]), Path(table["archives"])
         self.header, self.object = map(Path, table["precompiled"])
-        self.digest = self._digest()
+        self.digest, self._usual = self._digest(), None
         self._copies = None if everyone_reaches(self.include) else tempfile.TemporaryDirectory(dir=scratch())
 
     def _digest(self) -> str:
@@ -103,33 +106,62 @@ class Toolchain:
 
     def compile(self, file: str, content: bytes, folder: Path, clock=None) -> Built:
         """The worker of this file in `folder`, which is the caller's to remove. `clock` has what is left of the submission's time
-        for all its compilations. Raises Infrastructure."""
+        for all its compilations. A compiler works in two steps, between which provenance.py looks at what it has made. Raises
+        Infrastructure."""
         clock = clock or Clock()
         name = Path(file).stem
         archives = [self.archives / f"libworker_{name}.a", self.archives / f"libworker_layers_{name}.a"]
         # Of the header's functions only those in use are linked; the others call layers that this worker has not.
         rest = [str(self.object), "-Wl,--whole-archive", str(archives[0]), "-Wl,--no-whole-archive", str(archives[1]),
-                "-lpthread", "-Wl,--gc-sections", "-o", "/out/worker"]
+                "-lpthread", "-Wl,--gc-sections"]
         cpu = peak = 0.0
         for number, compiler in enumerate(self.compilers):
             if clock.compiler <= 0.0:
                 return Built(None, Verdict("does-not-compile", because("compiler.took_too_long_in_all", n=f"{COMPILERS_SECONDS:g}")), cpu, peak)
             if clock.wall <= 0.0:
                 raise Infrastructure(stalled(COMPILERS_WALL))
-            words = [*compiler, f"/submission/{file}", *(rest if number == 0 else rest[1:])]
-            limits = COMPILING._replace(seconds=min(COMPILING.seconds, math.ceil(clock.compiler)), wall_seconds=min(COMPILING.wall_seconds, clock.wall))
-            begin = time.monotonic()
-            outcome = self._run(words, file, content, folder, (self.object, *archives), limits)
-            clock.compiler, clock.wall = clock.compiler - outcome.cpu_seconds, clock.wall - (time.monotonic() - begin)
-            if outcome.stalled:
-                raise Infrastructure(stalled(limits.wall_seconds))
-            cpu, peak = cpu + outcome.cpu_seconds, max(peak, outcome.peak_mib)
+            for step in (self._first_step(number, file), self._second_step(number, rest[number:])):
+                limits = COMPILING._replace(seconds=max(1, min(COMPILING.seconds, math.ceil(clock.compiler))),
+                                            wall_seconds=max(1.0, min(COMPILING.wall_seconds, clock.wall)))
+                begin = time.monotonic()
+                outcome = self._run(step, file, content, folder, (self.object, *archives), limits)
+                clock.compiler, clock.wall = clock.compiler - outcome.cpu_seconds, clock.wall - (time.monotonic() - begin)
+                if outcome.stalled:
+                    raise Infrastructure(stalled(limits.wall_seconds))
+                cpu, peak = cpu + outcome.cpu_seconds, max(peak, outcome.peak_mib)
+                if outcome.exit_code or not outcome.in_time:
+                    break
+                if step[-1] != "/out/worker" and (refused := self._refused(number, content, folder / "out")):
+                    return Built(None, Verdict("does-not-compile", refused), cpu, peak)
             worker = folder / "out" / "worker"
             if outcome.exit_code == 0 and worker.is_file() and not worker.is_symlink():
                 return Built(worker, None, cpu, peak)
             if not outcome.in_time:  # a second compiler would take as long
                 break
         return Built(None, self._verdict(file, outcome, content, folder / "submission"), cpu, peak)
+
+    def _first_step(self, number: int, file: str) -> list:
+        """Clang's ends with intermediate code, GCC's with preprocessed text."""
+        return [*self.compilers[number], *MAKES[number], f"/submission/{file}", "-MD", "-MF", "/out/rule", "-o", MADE[number]]
+
+    def _second_step(self, number: int, rest: list) -> list:
+        compiler = self.compilers[number]
+        before = compiler[:-2] if "-include" in compiler else compiler  # what it names is in the text already
+        return [*before, MADE[number], *rest, "-Wl,-z,noexecstack", "-o", "/out/worker"]
+
+    def _refused(self, number: int, content: bytes, out: Path):
+        """Why what the first step has made may not be linked, or None."""
+        code = (out / Path(MADE[number]).name).read_text(encoding="utf-8", errors="replace")
+        if number and self._usual is None:
+            with tempfile.TemporaryDirectory(dir=scratch()) as folder:
+                self._run(self._first_step(number, "empty.cc"), "empty.cc", b"", Path(folder), ())
+                self._usual = provenance.usual_code((Path(folder) / "out" / Path(MADE[number]).name).read_text(encoding="utf-8", errors="replace"))
+        if word := provenance.foreign_code(code, number == 0, self._usual or frozenset()):
+            return because("compiler.machine_code", word=word)
+        own = tuple(f"{path}{end}" for path, end in ((self.include, "/"), (self.header, "")))
+        if other := provenance.foreign_file((out / "rule").read_text(encoding="utf-8", errors="replace"), own):
+            return because("compiler.foreign_file", file={"quoted": other[:200]})
+        return None
 
     def _verdict(self, file: str, outcome, content: bytes, given: Path) -> Verdict:
         require_room()

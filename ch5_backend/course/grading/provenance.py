@@ -1,0 +1,76 @@
+"""An answer is computed by lines of C++: a file that brings machine code, or reads other files than the headers, is refused.
+
+Not by a search in its text, which macros, line splices and escapes deceive: by what a compiler has made of it, before
+anything of it is assembled or linked. Clang's is its intermediate code, GCC's the preprocessed text.
+"""
+
+import posixpath
+import re
+
+# Of intermediate code. A text in it has no quote, and a template that is empty only keeps the compiler from moving lines.
+TEXTS = re.compile(r'\bc"[^"\n]*"')
+IN_IR = re.compile(r'^module (asm) |\b(asm) (?:[a-z]+ )*"[^"\n]|^@.*, (section) "(?!llvm\.metadata")|^@.* = .*\b(ifunc) |"\w+-(section)"=', re.MULTILINE)
+# Of preprocessed text: a literal, in which no word counts, or a word. A label without spaces, as libc's headers give their
+# functions, holds no code.
+WORD = re.compile(r'[uUL8]*R"([^()\\\s]{0,16})\(.*?\)\1"|[uUL8]*"(?:\\.|[^"\\\n])*"|\d(?:\'?[\w.])*|\'(?:\\.|[^\'\\\n])*\'|^[ \t]*#[^\n]*|\w+', re.DOTALL | re.MULTILINE)
+ASM = {"asm", "__asm", "__asm__"}
+PLACED = {"section", "__section__", "ifunc", "__ifunc__", "alias", "__alias__", "symver", "__symver__"}
+LABEL = re.compile(r'\s*\(\s*(?:"[\w.$]*"\s*)+\)')
+ATTRIBUTE = re.compile(r'\s*\(\s*"')
+HEADERS = ("/usr/include/", "/usr/lib/", "/usr/local/include/", "/submission/")
+
+
+def foreign_code(code: str, is_ir: bool, usual=frozenset()) -> str:
+    """The word by which it has come in, such as "asm", or ""; `usual` is what the course's own headers have of it."""
+    if is_ir:
+        found = IN_IR.search(TEXTS.sub("", code))
+        return next(filter(None, found.groups())) if found else ""
+    return next((word for word, text in statements(code) if text not in usual), "")
+
+
+def usual_code(code: str) -> frozenset:
+    """What the headers alone have, as `usual` above."""
+    return frozenset(text for _, text in statements(code))
+
+
+def statements(code: str):
+    """(word, its brackets) of all that may place machine code in a preprocessed text."""
+    for found in WORD.finditer(code):
+        word, rest = found[0], code[found.end():found.end() + 2000]
+        if word in ASM and not LABEL.match(rest) or word in PLACED and ATTRIBUTE.match(rest):
+            yield word, re.sub(r"\s+", "", rest.partition(";")[0])
+
+
+def foreign_file(rule: str, own: tuple) -> str:
+    """The first file that a compiler has read, by its rule for make, which is neither a header of the system nor below `own`."""
+    words = filter(None, re.split(r"(?<!\\)\s+", rule.replace("\\\n", " ").partition(": ")[2]))
+    return next((word for word in words if not posixpath.normpath(word).startswith((*HEADERS, *own))), "")
+
+
+# What stands between brackets, quotes or signs of a comment: a student's lines that open none around a blank, and steer no
+# preprocessor, cannot read what is written there.
+TOKEN = re.compile(r'//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"|\d(?:\'?[\w.])*|\'(?:\\.|[^\'\\\n])*\'|\w+|\S', re.DOTALL)
+STEERS = re.compile(r'\\\s*\n|\?\?/|%:|\bR"|\b(?:_Pragma|__pragma)\b')
+INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]*(?:<[\w./+-]+>|"ch5_[\w./]+")[ \t]*(?://[^\n]*)?$', re.MULTILINE)
+
+
+def closed_to(text: str, places: list) -> bool:
+    """Whether what is written at these places, offsets into a student's text, is out of reach of the lines around."""
+    # As long as before, so that places stay.
+    text, open_, places = INCLUDE.sub(lambda found: " " * len(found[0]), text), [], sorted(places, reverse=True)
+    if STEERS.search(text):
+        return False
+    for found in TOKEN.finditer(text):
+        while places and places[-1] <= found.start():
+            if places.pop() and any(one != "{" for one in open_):
+                return False
+        if places and places[-1] < found.end():  # in the midst of a comment
+            return False
+        word = found[0]
+        if word in ("#", '"', "'") or text.startswith("/*", found.start()) and len(word) < 4:
+            return False
+        if word in ("(", "[", "{"):
+            open_.append(word)
+        elif word in (")", "]", "}") and (not open_ or "([{".index(open_.pop()) != ")]}".index(word)):
+            return False
+    return not places or all(one == "{" for one in open_)
