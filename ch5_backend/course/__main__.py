@@ -203,7 +203,7 @@ def add_run_options(parser: Parser) -> None:
     parser.add_argument("--first-estimates", type=one_of("none", "prior", "full"), metavar="WHICH", help="observability constraints, which stand for first "
                         "estimates: none, prior or full; default: none")
     parser.add_argument("--estimate-extrinsic", action="store_true", default=None, help="refines the poses of the cameras on the body")
-    parser.add_argument("--estimate-time-offset", action="store_true", default=None, help="refines the delay of the cameras' clock")
+    parser.add_argument("--estimate-time-offset", action="store_true", default=None, help="refines the delay of the cameras' clock all along; without it, it is found once")
     parser.add_argument("--mono", action="store_true", default=None, help="leaves out camera 1 of a recording with two")
 
 

@@ -11,7 +11,8 @@ namespace {
 
 // Of a pair of images: a turn must stand out from the noise of its rays [s].
 constexpr double kLeastBetween = 0.12, kMostBetween = 0.3;
-constexpr double kLongestDelay = 0.2, kStep = 0.01;
+constexpr double kStep = 0.01;
+constexpr int kSteps = 100;  // a second
 
 // The mean rate from one image to another, in C [rad/s].
 struct Turn {
@@ -171,7 +172,8 @@ std::optional<TurnAgreement> CompareTurns(const Recording& recording) {
     const double correlation = correlate(axes.transpose() * R_B_C, 0.0);
     if (correlation > result.with_axes) result.with_axes = correlation, result.axes = axes;
   }
-  for (double delay = -kLongestDelay; delay < kLongestDelay + 0.5 * kStep; delay += kStep) {
+  for (int k = -kSteps; k <= kSteps; ++k) {
+    const double delay = k * kStep;
     const double correlation = correlate(R_B_C, delay);
     if (correlation > result.at_delay) result.at_delay = correlation, result.delay = delay;
   }
@@ -185,13 +187,16 @@ bool TurnOtherwise(const TurnAgreement& turns) {
 }
 
 std::optional<double> ClearDelay(const TurnAgreement& turns) {
-  constexpr double kLeast = 0.015, kMost = 0.185;  // [s]; what rises up to the end of the search is no delay
+  constexpr double kLeast = 0.015, kMost = 0.985;  // [s]; what rises up to the end of the search is no delay
   // A delay's gain grows with its square, from 1.05 to 1.5 at 20 ms. Where the camera turns slowly, noise looks like a delay of
   // 40 to 90 ms, with a gain of up to 1.07.
-  constexpr double kGain = 0.05, kDelayOfGain = 0.04;
+  constexpr double kGain = 0.05, kDelayOfGain = 0.04, kMostGain = 0.5;  // two turns farther apart have nothing in common
+  // Of a hundred places, the best one is not yet a good one.
+  constexpr double kFar = 0.2, kGood = 0.6;
   const double delay = std::abs(turns.delay), gain = LeftVariance(turns.as_given) / LeftVariance(turns.at_delay) - 1.0;
-  if (delay < kLeast || delay > kMost || gain < kGain * std::max(1.0, std::pow(delay / kDelayOfGain, 2)))
+  if (delay < kLeast || delay > kMost || gain < std::min(kMostGain, kGain * std::max(1.0, std::pow(delay / kDelayOfGain, 2))))
     return std::nullopt;
+  if (delay > kFar && turns.at_delay < kGood) return std::nullopt;
   return turns.delay;
 }
 

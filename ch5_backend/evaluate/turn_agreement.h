@@ -15,7 +15,7 @@ struct TurnAgreement {
   double with_axes = 0.0;          ///< the greatest, with `axes` times the gyroscope's rates
   Mat33 axes = Mat33::Identity();  ///< one of SignedPermutations
   double at_delay = 0.0;           ///< the greatest, once the images are stamped `delay` later
-  double delay = 0.0;              ///< within ±0.2 [s]; VINS-Mono's td
+  double delay = 0.0;              ///< within ±1 [s]; VINS-Mono's td
   double noise = 1.0;  ///< the variance of the images' turns over that of the gyroscope's, whatever the axes
 };
 

@@ -95,6 +95,7 @@ void Run(const Command& command) {
                keys.front()}});
   }
   warn(ch5::CheckMeasurements(recording, &settings));
+  warn(ch5::CheckClock(recording, &settings));
   const ch5::OutputFolder made(command.out);
   std::printf("%zu images, %zu IMU measurements, %.1f s\n\n", recording.images.size(), recording.imu.size(),
               recording.images.back().t - recording.images.front().t);

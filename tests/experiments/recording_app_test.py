@@ -56,6 +56,7 @@ class RecordingApp(AppTest):
         recording = self.simulate()
         result = self.course_run(recording, "--language", "zh")
         self.assertEqual([list(row) for row in result["policies"]], [[*KEYS, "segments"]] * 2)
+        self.assertEqual(result["warnings"], [])
         for row in result["policies"]:
             self.assertTrue(all(isinstance(row[key], (int, float)) for key in KEYS[1:]), row)
             segment, = row["segments"]
@@ -189,14 +190,17 @@ class RecordingApp(AppTest):
         known = calibration.read_text()
         tracks.write_text(head + "".join(str(int(row.split(",", 1)[0]) + 100_000_000) + "," + row.split(",", 1)[1] for row in rows))
         done = self.program(recording, "--out", self.out, "--policy", "vins")
-        late = r"the images seem to be stamped about (\d+)\sms too late for the IMU; --estimate-time-offset"
+        late = r"the camera's stamps are (\d+) ± \d+ ms late \(corrected\)"
         self.assertRegex(done.stderr, late)
-        self.assertRegex(self.page(), "<p><strong>Warning: </strong>T" + late[1:])
-        self.assertIn("<p><strong>警告：</strong>图像的时间戳似乎比 IMU 晚了约 " + re.search(late, done.stderr)[1],
+        self.assertAlmostEqual(float(re.search(late, done.stderr)[1]), 100, delta=3)
+        self.assertRegex(self.page(), "<p><strong>Warning: </strong>The camera's stamps are [0-9]+ ± [0-9]+ ms late; this is corrected.")
+        self.assertIn("<p><strong>警告：</strong>相机的时间戳晚了 " + re.search(late, done.stderr)[1],
                       (self.out / "report.zh.html").read_text(encoding="utf-8").replace("\u00a0", " "))
+        ate = float(table(self.out / "csv" / "odometry_policies.csv")[0]["ate_m"])
         done = self.program(recording, "--out", self.out, "--policy", "vins", "--estimate-time-offset")
         self.assertNotIn("warning", done.stderr)
         self.assertAlmostEqual(float(re.search(r"images are taken (.*) ms earlier than stamped", done.stdout)[1]), 100, delta=10)
+        self.assertLess(ate, 1.5 * float(table(self.out / "csv" / "odometry_policies.csv")[0]["ate_m"]))
         calibration.write_text(re.sub(r"(q_B_C: .*)", lambda q: re.sub(r"([xyz]): (-?)", lambda axis: axis[1] + ": " + ("" if axis[2] else "-"), q[1]), known))
         done = self.program(recording, "--out", self.out, "--policy", "vins")
         self.assertRegex(done.stderr, r"\(correlation 0\.\d+; with the inverse of camera\.q_B_C 0\.9\d\): it must rotate camera")

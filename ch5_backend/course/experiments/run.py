@@ -107,7 +107,8 @@ def read_result(kind: str, out: Path, spoken: str) -> dict:
         of = lambda name: [{field: value for field, value in segment.items() if field != "policy"}
                            for segment in segments if segment["policy"] == name]
         policies = [{**{field: row[field] for field in POLICY_FIELDS}, "segments": of(row["policy"])} for row in rows]
-        return {"problem": out.name, "policies": policies, "out": str(out), "report": str(out / PAGES[spoken])}
+        return {"problem": out.name, "policies": policies,
+                "warnings": jsonout.read_rows(out / "csv" / "odometry_warnings.csv"), "out": str(out), "report": str(out / PAGES[spoken])}
     return {**jsonout.read_summary(out / "summary.csv"), "out": str(out)}
 
 

@@ -47,6 +47,7 @@ void OdometrySettings::Set(const std::string& name, const std::string& word) {
     estimator.estimate_extrinsic = flag();
   } else if (name == "estimate_time_offset") {
     estimator.estimate_time_offset = flag();
+    finds_clock = false;
   } else if (name == "mono") {
     mono = flag();
   } else if (name == "first_estimates") {

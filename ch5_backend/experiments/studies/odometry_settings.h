@@ -15,6 +15,7 @@ namespace ch5 {
 struct OdometrySettings {
   std::string policy;          ///< vins or okvis; empty: both
   EstimatorOptions estimator;  ///< without the calibration, which is the recording's
+  bool finds_clock = true;     ///< the delay of the camera's clock is looked for; not once estimate_time_offset is set
   bool mono = false;           ///< camera 1 is left out
   int window = 0;              ///< VINS: frames beside the newest; OKVIS: keyframes; 0: as the policy has it
   int max_features = 0;        ///< tracks used of an image; 0: all

@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "ch5_backend/evaluate/turn_agreement.h"
+#include "ch5_backend/experiments/studies/clock_check.h"
 #include "ch5_backend/experiments/studies/lens_check.h"
 #include "ch5_backend/math/median.h"
 #include "ch5_backend/window/prediction.h"
@@ -46,6 +47,23 @@ bool IsBent(const std::optional<LensAgreement>& lens) {
   return lens && lens->gain > 1.2 && std::abs(lens->k) > 0.05 && lens->k > -0.5 && lens->k < 1.0;
 }
 
+constexpr double kErrorOfTurns = 0.005;  // half a step of their search [s]
+
+// "seems": the turns look like it; "corrected": the estimators run with it.
+RecordingWarning ClockWarning(const std::string& kind, const ClockOffset& clock) {
+  const bool is_late = clock.offset < 0.0;
+  const double milliseconds = 1e3 * std::abs(clock.offset), sigma = std::max(1.0, std::round(1e3 * clock.sigma));
+  const auto shown = std::lround(milliseconds);
+  const std::string of = is_late ? "late" : "early";
+  if (kind == "seems") {
+    return {of, static_cast<double>(shown), sigma,
+            Join("the images seem to be stamped about ", shown, " ms too ", of,
+                 " for the IMU; --estimate-time-offset estimates how much")};
+  }
+  return {of + "_corrected", static_cast<double>(shown), sigma,
+          Join("the camera's stamps are ", shown, " ± ", std::lround(sigma), " ms ", of, " (corrected)")};
+}
+
 void CheckTurns(const Recording& recording, OdometrySettings* settings, RecordingWarnings* warnings) {
   constexpr double kGood = 0.8, kGainOfAxes = 2.0;  // of the variance that is left
   const auto turns = CompareTurns(recording);
@@ -66,14 +84,10 @@ void CheckTurns(const Recording& recording, OdometrySettings* settings, Recordin
                               "; with the inverse of camera.q_B_C ", turns->with_inverse,
                               "): it must rotate camera coordinates into the IMU's; ", turns->with_axes,
                               " with the gyroscope's columns read as ", NameAxes(turns->axes))});
-  } else if (delay && settings->estimator.estimate_time_offset) {
+  } else if (delay && (settings->finds_clock || settings->estimator.estimate_time_offset)) {
     settings->estimator.time_offset = *delay;
   } else if (delay) {
-    const bool is_late = *delay < 0.0;
-    const auto milliseconds = std::lround(1e3 * std::abs(*delay));
-    warnings->push_back({is_late ? "late" : "early", static_cast<double>(milliseconds), 0.0,
-                         Join("the images seem to be stamped about ", milliseconds, " ms too ",
-                              is_late ? "late" : "early", " for the IMU; --estimate-time-offset estimates how much")});
+    warnings->push_back(ClockWarning("seems", {*delay, kErrorOfTurns}));
   }
 }
 
@@ -180,6 +194,19 @@ struct Starts {
 };
 
 }  // namespace
+
+RecordingWarnings CheckClock(const Recording& recording, OdometrySettings* settings) {
+  if (!settings->finds_clock) return {};
+  double* const offset = &settings->estimator.time_offset;
+  const double guess = *offset;  // by the turns, 0 where they do not tell
+  const auto clock = EstimateClockOffset(recording, settings->estimator, guess);
+  if (clock && IsDecided(*clock)) {
+    *offset = clock->offset;
+    return {ClockWarning("corrected", *clock)};
+  }
+  if (guess == 0.0) return {};
+  return {ClockWarning("corrected", {guess, kErrorOfTurns})};
+}
 
 RecordingWarnings CheckFailures(const OdometryStudy& study) {
   constexpr double kTimes = 1.4;  // and one more: of windows that start, their share of inliers is what counts

@@ -6,8 +6,11 @@
 namespace ch5 {
 
 /// Images too far apart, an IMU at the limits of its range, and what makes estimators drift, or start anew since images and
-/// IMU disagree. If the delay of the camera's clock is to be estimated, what the turns tell of it becomes the first guess.
+/// IMU disagree. What the turns tell of the delay of the camera's clock becomes the settings' first guess.
 RecordingWarnings CheckMeasurements(const Recording& recording, OdometrySettings* settings);
+
+/// After CheckMeasurements: sets the delay of the camera's clock where the recording decides it (see clock_check.h), and says so.
+RecordingWarnings CheckClock(const Recording& recording, OdometrySettings* settings);
 
 /// Where a policy has restarted or never started: an accelerometer that points elsewhere than it should.
 RecordingWarnings CheckFailures(const OdometryStudy& study);
