@@ -36,7 +36,8 @@ DESCRIPTIONS = {
              "(Gradescope), junit.xml and autolab.json; for the class grades.csv, summary.html and unnamed.csv, the wrong answers that several share and no cause names. Stopped, it goes on "
              "where it was; what has a record is not graded again.",
     "pack": "Packs the project without its solutions: student, the students' archive. Packs the grader for another platform: "
-            "gradescope, the zip of an autograder; classroom, a workflow for GitHub Classroom.",
+            "gradescope, the zip of an autograder; classroom, GitHub Classroom's workflow in the students' repositories; "
+            "classroom-grading, the one in the course's own.",
     "hint": "Prints one of the three hints on a stage of the handout, such as ./course hint 1.2 1. Try again before you ask "
             "for the next.",
     "deep": "Turns your files in ch5_homework/ to the second depth: more blanks, and no lines with question marks to fill in. "
@@ -242,6 +243,8 @@ def add_grade_options(parser: Parser) -> None:
     parser.add_argument("--rename", action="store_true", help="run the mistakes that were added to ch5_homework/mistakes, and tell them in "
                         "all that was graded; nothing else is run again, and no SUBMISSION is needed")
     parser.add_argument("--prepare", action="store_true", help="only build what grading needs, and try the sandbox")
+    parser.add_argument("--whole", action="store_true", help="judge stages as a whole, and never blank by blank: where students "
+                        "see each result and hand in again")
     parser.add_argument("--trust", action="store_true", help="without the sandbox: for your own code only")
 
 
@@ -277,8 +280,8 @@ def make_parser(command: str) -> Parser:
     elif command == "grade":
         add_grade_options(parser)
     elif command == "pack":
-        parser.add_argument("what", metavar="WHAT", nargs="?", default="", help="student, gradescope or classroom")
-        parser.add_argument("--out", metavar="FILE", help="default: chapter5.tar.gz, gradescope.zip or classroom.yml")
+        parser.add_argument("what", metavar="WHAT", nargs="?", default="", help="student, gradescope, classroom or classroom-grading")
+        parser.add_argument("--out", metavar="FILE", help="default: chapter5.tar.gz, gradescope.zip, classroom.yml or grade.yml")
     elif command == "plots":
         add_plots_options(parser)
     elif command == "slides":

@@ -57,7 +57,7 @@ def run_grade(arguments) -> int:
         if arguments.rename:
             rename.learn(toolchain)
         if submissions:
-            session = Session(out, toolchain, stages, rubric, the_seed(out, arguments.seed), say)
+            session = Session(out, toolchain, stages, rubric, the_seed(out, arguments.seed), say, not arguments.whole)
             session.grade_all(share(submissions, arguments.shard), arguments.jobs or CORES)
         rename.rename_all(out)
         records = read_records(out, stages, rubric, say)

@@ -29,7 +29,7 @@ here=${AUTOGRADER:-/autograder}
 out=$(mktemp -d)
 cd "$here/source"
 echo "$here/submission" >"$out/list"  # a submission, whatever it looks like inside
-./course grade --list "$out/list" --out "$out" --jobs 1 --language LANGUAGE 2>"$out/words"
+./course grade --list "$out/list" --out "$out" --jobs 1 --whole --language LANGUAGE 2>"$out/words"
 cat "$out/words"
 if [ -e "$out/submission/results.json" ]; then
   cp "$out/submission/results.json" "$here/results/results.json"
