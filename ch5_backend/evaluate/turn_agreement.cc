@@ -190,11 +190,13 @@ std::optional<double> ClearDelay(const TurnAgreement& turns) {
   constexpr double kLeast = 0.015, kMost = 0.985;  // [s]; what rises up to the end of the search is no delay
   // A delay's gain grows with its square, from 1.05 to 1.5 at 20 ms. Where the camera turns slowly, noise looks like a delay of
   // 40 to 90 ms, with a gain of up to 1.07.
-  constexpr double kGain = 0.05, kDelayOfGain = 0.04, kMostGain = 0.5;  // two turns farther apart have nothing in common
+  constexpr double kGain = 0.05, kDelayOfGain = 0.04,
+                   kMostGain = 0.5;  // two turns farther apart have nothing in common
   // Of a hundred places, the best one is not yet a good one.
   constexpr double kFar = 0.2, kGood = 0.6;
   const double delay = std::abs(turns.delay), gain = LeftVariance(turns.as_given) / LeftVariance(turns.at_delay) - 1.0;
-  if (delay < kLeast || delay > kMost || gain < std::min(kMostGain, kGain * std::max(1.0, std::pow(delay / kDelayOfGain, 2))))
+  if (delay < kLeast || delay > kMost ||
+      gain < std::min(kMostGain, kGain * std::max(1.0, std::pow(delay / kDelayOfGain, 2))))
     return std::nullopt;
   if (delay > kFar && turns.at_delay < kGood) return std::nullopt;
   return turns.delay;

@@ -23,7 +23,8 @@ void ExpectToEndure(int frames, int early, double most_megabytes, uint64_t seed)
       if (row.frame == early) then = &row;
       last = &row;
       largest = std::max(largest, row.error);
-      EXPECT_EQ(std::isnan(row.error), row.t < 60.0) << policy << ": no error before it is aligned, at " << row.t << " s";
+      EXPECT_EQ(std::isnan(row.error), row.t < 60.0)
+          << policy << ": no error before it is aligned, at " << row.t << " s";
     }
     ASSERT_TRUE(then && last) << policy;
     EXPECT_GE(last->frame, frames - options.sample_every) << policy;

@@ -50,7 +50,7 @@ def used() -> set:
     words += [word for one in read_mistakes() for word in said_in(one.cause)]
     words += [node.value for tree in trees() for node in ast.walk(tree) if isinstance(node, ast.Constant) and isinstance(node.value, str)]
     topics = {name[:name.rindex(".")] for name in ENGLISH.sentences}
-    return {word for word in words if ID.fullmatch(word) and word[:word.rindex(".")] in topics}
+    return {word for word in words if ID.fullmatch(word) and word[:word.rindex(".")] in topics and not word.endswith(".yml")}
 
 
 def sentences_in(text) -> list:

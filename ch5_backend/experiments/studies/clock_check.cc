@@ -12,7 +12,7 @@ constexpr double kSeconds = 40.0;   // of the recording: more tells little more,
 constexpr double kFinest = 0.3e-3;  // [s]: what estimates that agree by chance still leave open
 // Noise of the pixels is noise of their velocities too, and holds an estimate at its guess g: td̂ = g + a (td − g), with a = 1
 // where points move fast. Two guesses tell a, and so td.
-constexpr double kApart = 5e-3;  // of the guesses [s]
+constexpr double kApart = 5e-3;      // of the guesses [s]
 constexpr double kLeastHeard = 0.3;  // of a, to divide by
 
 // What a policy estimates after a half, three quarters and all of the images; empty if it starts anew or hardly starts.
@@ -20,9 +20,10 @@ std::vector<double> Estimates(const Recording& recording, const EstimatorOptions
                               std::unique_ptr<WindowPolicy> policy) {
   constexpr size_t kFewest = 40;
   std::vector<double> offsets;
-  const OdometryRun run = RunOdometry(recording, options, std::move(policy), [&](const Estimator& now, const ImageResult& row) {
-    if (row.report.state) offsets.push_back(now.TimeOffset());
-  });
+  const OdometryRun run =
+      RunOdometry(recording, options, std::move(policy), [&](const Estimator& now, const ImageResult& row) {
+        if (row.report.state) offsets.push_back(now.TimeOffset());
+      });
   const size_t n = offsets.size();
   if (run.restarts > 0 || n < kFewest) return {};
   return {offsets[n / 2], offsets[3 * n / 4], offsets[n - 1]};
@@ -35,8 +36,9 @@ std::optional<ClockOffset> EstimateClockOffset(const Recording& recording, Estim
   options.estimate_time_offset = true;
   Recording part = recording;
   const double end = part.images.front().t + kSeconds;
-  part.images.erase(std::find_if(part.images.begin(), part.images.end(), [&](const Image& image) { return image.t > end; }),
-                    part.images.end());
+  part.images.erase(
+      std::find_if(part.images.begin(), part.images.end(), [&](const Image& image) { return image.t > end; }),
+      part.images.end());
   std::array<std::vector<double>, 4> runs;  // of each policy from both guesses
   ThreadPool(2).Run(static_cast<int>(runs.size()), [&](int task) {
     const auto run = static_cast<size_t>(task);
@@ -55,7 +57,8 @@ std::optional<ClockOffset> EstimateClockOffset(const Recording& recording, Estim
     }
   }
   const auto offsets = Eigen::Map<const VecX>(all.data(), static_cast<Eigen::Index>(all.size()));
-  const double spread = std::sqrt((offsets.array() - offsets.mean()).square().sum() / static_cast<double>(all.size() - 1));
+  const double spread =
+      std::sqrt((offsets.array() - offsets.mean()).square().sum() / static_cast<double>(all.size() - 1));
   return ClockOffset{offsets.mean(), std::max(spread, kFinest)};
 }
 

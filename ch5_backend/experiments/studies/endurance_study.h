@@ -21,8 +21,9 @@ struct EnduranceRow {
   std::string policy;
   int frame = 0;
   double t = 0.0;
-  double distance = 0.0;      ///< length of the path so far [m]
-  double error = 0.0;         ///< of the position, aligned with the truth over the first minute; NaN before, and without an estimate [m]
+  double distance = 0.0;  ///< length of the path so far [m]
+  double error =
+      0.0;  ///< of the position, aligned with the truth over the first minute; NaN before, and without an estimate [m]
   double resident_mb = 0.0;   ///< memory of the process; NaN where unknown
   double milliseconds = 0.0;  ///< per image, mean since the previous row
   int restarts = 0;
