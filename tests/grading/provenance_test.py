@@ -15,6 +15,8 @@ class ForeignCode(unittest.TestCase):
                            ('@s = constant [9 x i8] c" asm \\22nop\\22 , section \\22x\\22"', ""),
                            ('  call void asm sideeffect "", "r,~{memory}"(double %0)', ""),
                            ('@llvm.used = appending global [1 x i8*] [i8* @a], section "llvm.metadata"', ""),
+                           ('  call void asm sideeffect "#end of a kernel of Eigen", "~{flags}"()', ""),
+                           ('  call void asm sideeffect "#\\0Aret", "~{flags}"()', "asm"),
                            ("define void @asm() {", "")):
             self.assertEqual(foreign_code(line + "\n", True), word, line)
 

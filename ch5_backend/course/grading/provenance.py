@@ -7,9 +7,10 @@ anything of it is assembled or linked. Clang's is its intermediate code, GCC's t
 import posixpath
 import re
 
-# Of intermediate code. A text in it has no quote, and a template that is empty only keeps the compiler from moving lines.
+# Of intermediate code. A text in it has no quote. A template that is empty, or one line that the assembler takes for a comment,
+# as in Eigen's kernels, holds no code.
 TEXTS = re.compile(r'\bc"[^"\n]*"')
-IN_IR = re.compile(r'^module (asm) |\b(asm) (?:[a-z]+ )*"[^"\n]|^@.*, (section) "(?!llvm\.metadata")|^@.* = .*\b(ifunc) |"\w+-(section)"=', re.MULTILINE)
+IN_IR = re.compile(r'^module (asm) |\b(asm) (?:[a-z]+ )*"(?!#[^"\\\n]*")[^"\n]|^@.*, (section) "(?!llvm\.metadata")|^@.* = .*\b(ifunc) |"\w+-(section)"=', re.MULTILINE)
 # Of preprocessed text: a literal, in which no word counts, or a word. A label without spaces, as libc's headers give their
 # functions, holds no code.
 WORD = re.compile(r'[uUL8]*R"([^()\\\s]{0,16})\(.*?\)\1"|[uUL8]*"(?:\\.|[^"\\\n])*"|\d(?:\'?[\w.])*|\'(?:\\.|[^\'\\\n])*\'|^[ \t]*#[^\n]*|\w+', re.DOTALL | re.MULTILINE)

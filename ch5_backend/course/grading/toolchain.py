@@ -158,7 +158,8 @@ class Toolchain:
                 self._usual = provenance.usual_code((Path(folder) / "out" / Path(MADE[number]).name).read_text(encoding="utf-8", errors="replace"))
         if word := provenance.foreign_code(code, number == 0, self._usual or frozenset()):
             return because("compiler.machine_code", word=word)
-        own = tuple(f"{path}{end}" for path, end in ((self.include, "/"), (self.header, "")))
+        given = out.with_name("submission")  # where there is no sandbox, in which it has a name of its own
+        own = tuple(f"{path}{end}" for path, end in ((self.include, "/"), (self.header, ""), (given, "/"), (given.resolve(), "/")))
         if other := provenance.foreign_file((out / "rule").read_text(encoding="utf-8", errors="replace"), own):
             return because("compiler.foreign_file", file={"quoted": other[:200]})
         return None
