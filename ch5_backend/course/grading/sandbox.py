@@ -27,6 +27,7 @@ from .watch import Watch
 
 NOBODY = 65534
 MIB = 1 << 20
+TICKS = 0.1  # [s]: the limit counts in ticks, of which the sum afterwards may lack some
 
 # Calls that no homework needs, and that reach other processes, the kernel or new namespaces, or take memory that no limit
 # counts.
@@ -116,7 +117,7 @@ class Sandbox:
         if code > 128 and code - 128 in signal.valid_signals():  # as bwrap and shells say it
             code = 128 - code
         # Who has used up all its seconds was ended for it, even if it has caught the signal and ended in words of its own.
-        in_time = not late.is_set() and code != -signal.SIGXCPU and cpu < self.limits.seconds
+        in_time = not late.is_set() and code != -signal.SIGXCPU and cpu < self.limits.seconds - TICKS
         stalled = late.is_set() and cpu < self.limits.seconds and watch.own() < self.limits.wall_seconds / 2
         return Outcome(code, output, in_time, cpu, used.ru_maxrss / 1024, stalled)
 
