@@ -388,13 +388,16 @@ class TrackApp(AppTest):
     def starts_with_two_cameras(self, mav0: Path) -> None:
         done = run(ROOT / "course", "run", mav0, "--out", self.out)
         self.assertEqual(done.returncode, 0, done.stderr)
-        out = self.out / mav0.name
+        out, is_real = self.out / mav0.name, self.flight.parent not in mav0.parents
         for policy in table(out / "csv" / "odometry_policies.csv"):
-            self.assertEqual(policy["frames"], "13", "the first seven are the start")
-            self.assertLess(float(policy["ate_m"]), 0.002)
+            # The rendered pair starts at the second trial, two images later, after which too little is left to compare.
+            self.assertEqual(policy["frames"], "13" if is_real else "11", "the first ones are the start")
+            if is_real:
+                self.assertLess(float(policy["ate_m"]), 0.002)
             speeds = [float(row["v_x [m/s]"]) for row in table(out / f"{policy['policy']}.csv")]
             self.assertLess(max(map(abs, speeds)), 0.05)
-        self.assertEqual(table(out / "csv" / "odometry_warnings.csv"), [], "nothing can be said of a second at rest")
+        self.assertEqual([row["warning"] for row in table(out / "csv" / "odometry_warnings.csv")], [] if is_real else ["no_comparison"],
+                         "nothing can be said of a second at rest")
 
     def test_run_on_a_vehicle_that_stands_still_says_so_with_one_camera(self):
         for mav0 in self.at_rest:
