@@ -115,7 +115,7 @@ class Toolchain:
         rest = [str(self.object), "-Wl,--whole-archive", str(archives[0]), "-Wl,--no-whole-archive", str(archives[1]),
                 "-lpthread", "-Wl,--gc-sections"]
         cpu = peak = 0.0
-        for number, compiler in enumerate(self.compilers):
+        for number in range(len(self.compilers)):
             if clock.compiler <= 0.0:
                 return Built(None, Verdict("does-not-compile", because("compiler.took_too_long_in_all", n=f"{COMPILERS_SECONDS:g}")), cpu, peak)
             if clock.wall <= 0.0:
@@ -131,7 +131,7 @@ class Toolchain:
                 cpu, peak = cpu + outcome.cpu_seconds, max(peak, outcome.peak_mib)
                 if outcome.exit_code or not outcome.in_time:
                     break
-                if step[-1] != "/out/worker" and (refused := self._refused(number, content, folder / "out")):
+                if step[-1] != "/out/worker" and (refused := self._refused(number, folder / "out")):
                     return Built(None, Verdict("does-not-compile", refused), cpu, peak)
             worker = folder / "out" / "worker"
             if outcome.exit_code == 0 and worker.is_file() and not worker.is_symlink():
@@ -149,7 +149,7 @@ class Toolchain:
         before = compiler[:-2] if "-include" in compiler else compiler  # what it names is in the text already
         return [*before, MADE[number], *rest, "-Wl,-z,noexecstack", "-o", "/out/worker"]
 
-    def _refused(self, number: int, content: bytes, out: Path):
+    def _refused(self, number: int, out: Path):
         """Why what the first step has made may not be linked, or None."""
         code = (out / Path(MADE[number]).name).read_text(encoding="utf-8", errors="replace")
         if number and self._usual is None:

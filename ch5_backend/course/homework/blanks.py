@@ -34,10 +34,15 @@ def keeps_throw(content: bytes, todo: str) -> bool:
     return bool(task and throw) and any(line.strip() and not line.strip().startswith("//") for line in blank.splitlines()[1:])
 
 
+def is_empty(todo: str, content: bytes) -> bool:
+    """Whether the throw that says so still stands in this blank."""
+    return f'throw HomeworkMissing("{todo} '.encode() in content
+
+
 def some_filled(stage: dict, content: bytes) -> bool:
     """Whether a blank of this stage has lost its throw; those of the second depth count where the file asks for them."""
     asked = stage.get("deep", []) if asks_deep(content) else []
-    return any(f'throw HomeworkMissing("{todo} '.encode() not in content for todo in stage["todos"] + asked)
+    return any(not is_empty(todo, content) for todo in stage["todos"] + asked)
 
 
 def still_empty(text: str, number: int):

@@ -63,7 +63,7 @@ def points(open_stages: list, say: Speaker) -> str:
 
 
 def held_back(stages: list, verdicts: list, counts: bool = True) -> list:
-    """The verdicts for a student's eyes, who is to look for the cause of a failure once before it is named."""
+    """The verdicts as a student sees them: a failure's cause is named only after one try at finding it."""
     return [hint_policy.hold_back(stage, verdict, NAME_CAUSE_AT_FAILURE, blanks.content_of(folder() / stage["file"]) or b"", counts)
             for stage, verdict in zip(stages, verdicts)]
 

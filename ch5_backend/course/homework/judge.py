@@ -23,6 +23,7 @@ MOST_WORDS = 2000  # of an exception
 MOST_KEPT = 1 << 20  # bytes of the beginning of what a test prints
 MOST_LINES = 200     # of its end
 FLOOD = 10 << 20     # bytes that are enough to explain why a test takes long
+NOT_STARTED = re.compile(r'"TODO (\S+) ?(.*) is not started"')  # what an empty blank throws
 TEST_BEGINS, THROWN = b"\x1eTEST ", b"\x1eTHROWN "  # as main.cc writes them
 TIME_LIMIT = 20.0  # seconds for one stage; the reference needs less than one
 
@@ -214,7 +215,7 @@ def read_failure(test: dict) -> Verdict:
     if "diagnosis" in test:
         return Verdict("wrong", json.loads(mend_utf8(test["diagnosis"])))
     text = mend_utf8(test["failures"][0]["failure"])
-    if missing := re.search(r'"TODO (\S+) ?(.*) is not started"', text):
+    if missing := NOT_STARTED.search(text):
         return Verdict("not-started", not_started(missing[1], missing[2]))
     if thrown := re.search(r'C\+\+ exception with description "(.*)" thrown', text, re.DOTALL):
         reason = in_plain_words(thrown[1], EXCEPTIONS)

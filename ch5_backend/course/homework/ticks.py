@@ -7,14 +7,14 @@ check that fails names it; it waits as long as those that run its lines end in o
 
 import csv
 import json
-import re
 from functools import lru_cache
 
-from .blanks import asks_deep, own_todo
+from .blanks import asks_deep, is_empty, own_todo
+from .judge import NOT_STARTED
 from .regions import ROOT, todos_of
 
 TABLE = ROOT / "ch5_homework" / "exercised.csv"
-RIGHT, WRONG, EMPTY, WAITS = MARKS = ("✓", "✗", "·", "?")
+RIGHT, WRONG, EMPTY, WAITS = ("✓", "✗", "·", "?")
 
 
 @lru_cache
@@ -35,7 +35,6 @@ def ticks(stage: dict, tests, content: bytes, first: str = "") -> dict:
     """{todo: mark} of the blanks that this file has, from what GoogleTest reports of all checks of a stage; `first` is the TODO
     that the verdict blames for the first one that fails, by more than that check can see."""
     asked = todos_of(stage) if asks_deep(content) else stage["todos"]
-    empty = {todo for todo in asked if f'throw HomeworkMissing("{todo} '.encode() in content}
     lines_of = [(test, exercised().get((stage["id"], test["name"]), set()) & {*asked}) for test in tests]
     passed = set().union(*(lines for test, lines in lines_of if not test.get("failures")))
     blamed, doubted = set(), set()
@@ -47,8 +46,8 @@ def ticks(stage: dict, tests, content: bytes, first: str = "") -> dict:
             blamed |= {named} if named else lines - passed
         else:
             doubted |= lines
-    return {todo: EMPTY if todo in empty else WRONG if todo in blamed else RIGHT if todo in passed - doubted else WAITS for todo in asked}
+    return {todo: EMPTY if is_empty(todo, content) else WRONG if todo in blamed else RIGHT if todo in passed - doubted else WAITS for todo in asked}
 
 
 def ends_in_a_blank(test: dict) -> bool:
-    return bool(re.search(r"TODO \S+ ?.* is not started", test["failures"][0]["failure"]))
+    return bool(NOT_STARTED.search(test["failures"][0]["failure"]))
