@@ -1,0 +1,7 @@
+"""Every hostile submission of attacks_test.py, which takes every sixth."""
+
+from tests.grading import attacks_test
+
+
+class AllAttacks(attacks_test.Attacks):
+    STEP = 1
