@@ -9,6 +9,7 @@
 #include "ch5_backend/sparse/joint_covariance.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
 #include "ch5_backend/types/pose_graph/edge_between.h"
+#include "ch5_backend/version.h"
 #include "ch5_backend/window/estimator.h"
 
 namespace py = pybind11;
@@ -166,6 +167,7 @@ PYBIND11_MODULE(ch5, module) {
   using Numbers = Eigen::VectorXd;
   module.doc() =
       "Chapter 5's back end: graphs, priors and the visual-inertial estimator. Poses are [p, q_x, q_y, q_z, q_w].";
+  module.attr("__version__") = py::str("{}.{}.{}").format(CH5_VERSION_MAJOR, CH5_VERSION_MINOR, CH5_VERSION_PATCH);
 
   py::class_<ch5::Vertex, std::shared_ptr<ch5::Vertex>>(module, "Vertex")
       .def_property(

@@ -2,6 +2,7 @@
 
 import base64
 import hashlib
+import re
 import subprocess
 import sys
 import sysconfig
@@ -16,7 +17,7 @@ WHEEL = "Wheel-Version: 1.0\nGenerator: ch5_backend\nRoot-Is-Purelib: false\nTag
 
 
 def version() -> str:
-    return next(line.split('"')[1] for line in (HERE / "pyproject.toml").read_text().splitlines() if line.startswith("version"))
+    return ".".join(re.findall(r"define CH5_VERSION_\w+ (\d+)", (HERE.parent / "version.h").read_text()))
 
 
 def compiled(folder: Path) -> Path:

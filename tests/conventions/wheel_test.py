@@ -15,6 +15,7 @@ PYTHON = ROOT / "ch5_backend" / "python"
 # Prints lines of "expected | said".
 MISUSE = '''
 import ch5, numpy as np
+from importlib import metadata
 
 def say(expected, do):
     try:
@@ -34,6 +35,7 @@ def turn(q):
     pose.x = np.array([0, 0, 0, *q])
     return pose.x[6]
 
+say(metadata.version("ch5"), lambda: ch5.__version__)
 say("converged", lambda: solve(lambda x: x[0] - 1, 1))
 say("Edge of Python 0: its function returned NoneType, expected 2x1", lambda: solve(lambda x: None, 2))
 say("Edge of Python 0: its function returned 2x1 numbers, expected 3x1", lambda: solve(lambda x: x, 3))
