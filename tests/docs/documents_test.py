@@ -9,10 +9,11 @@ from ch5_backend.course.__main__ import COMMANDS
 from ch5_backend.course.base.anchors import anchor
 from ch5_backend.figures.numbers import peers
 from ch5_backend.figures.tables import Tables
-from tests.docs.markdown import (DECKS, ENGINEERS, GUIDES, HANDOUTS, LIBRARY, PAGES, READMES, ROOT, fences, handouts,
+from tests.docs.markdown import (DECKS, ENGINEERS, GUIDES, HANDOUTS, LIBRARY, PAGES, PAPERS, READMES, ROOT, fences, handouts,
                                  headings, links, prose, read, sections, slides, spans)
+from tests.project import BUILD
 
-PAIRS = (READMES, ENGINEERS, HANDOUTS, *PAGES, GUIDES)
+PAIRS = (READMES, *ENGINEERS, HANDOUTS, *PAGES, GUIDES)
 ALL = [path for pair in PAIRS for path in pair]
 
 
@@ -53,7 +54,7 @@ class Documents(unittest.TestCase):
 
     def test_local_links_lead_somewhere(self):
         count = 0
-        for path in (*ALL, *LIBRARY):
+        for path in (*ALL, *LIBRARY, *PAPERS):
             for link in links(read(path)):
                 if link.startswith("http"):
                     continue
@@ -67,7 +68,7 @@ class Documents(unittest.TestCase):
 
     def test_files_that_are_named_exist(self):
         count = 0
-        for path in [*ALL, *DECKS]:
+        for path in [*ALL, *PAPERS, *DECKS]:
             for name in re.findall(r"`((?:\w+/)*\w+(?:\.\w+)?\.(?:h|cc|py|md|txt|html))`", read(path)):
                 if name.startswith("out/"):
                     continue
@@ -77,17 +78,24 @@ class Documents(unittest.TestCase):
         self.assertGreater(count, 20)
 
     def test_commands_that_are_named_exist(self):
-        named = {word for path in [*ALL, *DECKS] for word in re.findall(r"\./course (\w+)", read(path))}
+        named = {word for path in [*ALL, *PAPERS, *DECKS] for word in re.findall(r"\./course (\w+)", read(path))}
         self.assertLessEqual({"run", "test", "check", "status", "slides"}, named)
         self.assertLessEqual(named, {"help", *COMMANDS})  # that each has help: tests/conventions/command_line_test.py
 
     def test_modules_that_are_named_exist(self):
-        named = {(path.name, program) for path in (*ALL, *LIBRARY, *DECKS, ROOT / "tests/grading/MUTANTS.md")
+        named = {(path.name, program) for path in (*ALL, *LIBRARY, *PAPERS, *DECKS, ROOT / "tests/grading/MUTANTS.md")
                  for program in re.findall(r"python3 (-m [\w.]+\w|\S+\.py)", read(path))}
         self.assertTrue(named)
         for page, program in sorted(named):
             self.assertTrue(program.startswith("-m "), f"{page}: {program}: imports by their full names need -m")
             self.assertTrue((ROOT / program[3:].replace(".", "/")).with_suffix(".py").exists(), f"{page}: {program}")
+
+    def test_the_version_is_one(self):
+        """The Python module's is proven where its wheel is made."""
+        version = ".".join(re.findall(r"define CH5_VERSION_\w+ (\d+)", read(ROOT / "ch5_backend/version.h")))
+        for path, words in ((BUILD / "CMakeCache.txt", f"CMAKE_PROJECT_VERSION:STATIC={version}\n"),
+                            (ROOT / ".github/CITATION.cff", f"\nversion: {version}\n"), (ROOT / ".github/CHANGELOG.md", f"\n## {version} (")):
+            self.assertIn(words, read(path), path)
 
     def test_front_page_is_short(self):
         for path in READMES:
@@ -177,7 +185,7 @@ class Documents(unittest.TestCase):
             self.assertEqual({file + ".cc": re.findall(r"`(.+?)`", tests) for file, tests in rows}, wanted, page)
 
     def test_map_shows_every_floor(self):
-        for path in ENGINEERS:
+        for path in ENGINEERS[1]:
             listed = re.findall(r"^\| [\d–] \| `(\w+)/` \|", read(path), re.M)
             there = sorted(folder.name for folder in (ROOT / "ch5_backend").iterdir()
                            if folder.is_dir() and not folder.name.startswith("_"))

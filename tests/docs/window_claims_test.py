@@ -213,13 +213,13 @@ class Systems(unittest.TestCase):
                 self.assertGreater(of[remedy]["nees_motion"], 60)
                 self.assertGreater(of[remedy]["ate_m"], of["none"]["ate_m"])
 
-    def test_the_guides_table_of_first_estimates_is_that_of_the_runs(self):
+    def test_the_table_of_first_estimates_is_that_of_the_runs(self):
         def cell(setting, recording):
             rows = [KEPT("consistency_recording", recording=recording, policy=policy, setting=setting) for policy in ("vins", "okvis")]
             digits = 2 if recording == "tango_walk" else 3
             return "; ".join(f"{np.mean(of['ate_m']):.{digits}f}, {np.mean(of['nees_motion']):.0f}" for of in rows)
-        for guide in ("GUIDE.md", "GUIDE.zh.md"):
-            text = (ROOT / "ch5_backend" / guide).read_text(encoding="utf-8")
+        for page in ("README.md", "README.zh.md"):
+            text = (ROOT / "ch5_backend/experiments" / page).read_text(encoding="utf-8")
             for setting in ("none", "prior", "full"):
                 row = [cell(setting, recording) for recording in ("euroc_v1_01_easy", "simulated", "tango_walk")]
                 self.assertIn(f"| {setting} | {' | '.join(row)} |", text)

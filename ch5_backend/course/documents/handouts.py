@@ -19,7 +19,8 @@ except ImportError:
     raise CourseError("the site needs markdown-it for Python; Debian and Ubuntu: apt-get install python3-markdown-it") from None
 
 HOMEWORK = {f"ch5_homework/README{end}.md": f"homework/index{end}.html" for end in ("", ".zh")}
-GUIDE = {f"ch5_backend/GUIDE{end}.md": f"guide{end}.html" for end in ("", ".zh")}
+GUIDE = {f"ch5_backend/{source}{end}.md": f"{place}{end}.html" for end in ("", ".zh")
+         for source, place in (("GUIDE", "guide"), ("MAP", "map"), ("experiments/README", "measured"))}
 STYLE = Markup("""
 article pre { white-space: pre; overflow-x: auto; line-height: 1.3; font-size: .8rem; }
 article pre code { padding: 0; background: none; }
