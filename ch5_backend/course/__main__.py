@@ -290,8 +290,8 @@ def make_parser(command: str) -> Parser:
         parser.add_argument("--out", metavar="DIR", help=PAGES[command])
     elif command == "check":
         parser.add_argument("asked", nargs="*", metavar="STAGE", help="such as 1.1, 1.1a or problem.cc; default: all")
-        parser.add_argument("--seed", type=number(0, 10**18 - 1), metavar="S", help="other random numbers "
-                            "and sizes than the usual ones: the case that a grader has met under this number")
+        parser.add_argument("--seed", type=number(0, 10**18 - 1), metavar="S", help="use different random numbers "
+                            "and problem sizes: with the seed of a grade, its cases")
     elif command == "hint":
         parser.add_argument("stage", metavar="STAGE", nargs="?", default="", help="such as 1.2, or one of its TODOs, such as 1.2b")
         parser.add_argument("number", metavar="N", nargs="?", default="1", help="1 to 3, each says more; default: 1")

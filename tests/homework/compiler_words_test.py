@@ -59,7 +59,7 @@ class WordsOfTheCompiler(unittest.TestCase):
 
     def test_a_function_that_the_library_has_too(self):
         library = "int Hat(double x) { return x; }\nint main() {}"
-        told = "Hat stands in problem.cc and in the library too"
+        told = "Hat is defined in problem.cc and in the library too"
         self.assertIn(told, self.hint("int Hat(double x) { return 2 * x; }\n" + TINY, library))
         self.assertIn("a main of its own", self.hint("int main() {}\n" + TINY))
         lld = "ld.lld: error: duplicate symbol: ch5::Hat(double)\n>>> defined at problem.cc\n"
@@ -67,14 +67,14 @@ class WordsOfTheCompiler(unittest.TestCase):
 
     def test_typical_slips(self):
         line = "if (sizeof(int) > 2) {"
-        for slip, words in (("int a = 1；", "problem.cc:7: a full-width ； stands in this line, which C.. does not know; write ;"),
-                            ("int a = sizeof（int);", "a full-width （ stands in this line.*; write [(]"),
-                            ("int a = 2 − 1;", "problem.cc:7: − stands in this line, as in a formula on a page; in C.. write -"),
-                            ("\u200bint a = 1;", "problem.cc:7: an invisible character, U.200B, stands in this line"),
+        for slip, words in (("int a = 1；", "problem.cc:7: this line has a full-width ；, which C.. does not know; write \";\""),
+                            ("int a = sizeof（int);", "this line has a full-width （.*; write \"[(]\""),
+                            ("int a = 2 − 1;", "problem.cc:7: this line has −, as in a printed formula; in C.. write -"),
+                            ("\u200bint a = 1;", "problem.cc:7: this line has an invisible character, U.200B"),
                             ("int a = ?;", "problem.cc:7: a . of the skeleton is still there"),
                             ("cout << 1;", "problem.cc:7: to print, write std::cerr"), ("std::cout << 1;", "problem.cc:7: to print, write"),
-                            ("int a = 1 + Solve;", "problem.cc:7: the . . of a function are missing"),
-                            ("const std::map<int, int> shift; int a = shift[3];", "problem.cc:7: what is to be changed here is const")):
+                            ("int a = 1 + Solve;", "problem.cc:7: the . . of a function call are missing"),
+                            ("const std::map<int, int> shift; int a = shift[3];", "problem.cc:7: this changes something that is const")):
             text = TINY.replace(line, f"{slip} {line}").replace("#include <memory>", "#include <map>\n#include <memory>").replace(
                 "struct Qd {};\n", "struct Qd {}; ")
             for name in ("g++", "clang++"):
