@@ -69,8 +69,8 @@ class Submissions(FolderTest):
         found = self.zip(("problem_final.cc", CODE), ("gaugeprior.cpp", CODE), ("problem.h", CODE), ("a" * 60_000 + ".cc", CODE))
         self.assertEqual(found.files, {})
         self.assertEqual([ENGLISH.text(fault) for fault in found.faults],
-                         ["gauge_prior.cc is not there, but gaugeprior.cpp is; if it is meant, give it the name gauge_prior.cc",
-                          "problem.cc is not there, but problem_final.cc is; if it is meant, give it the name problem.cc"])
+                         ["gauge_prior.cc is missing, but there is gaugeprior.cpp; if that is meant, name it gauge_prior.cc",
+                          "problem.cc is missing, but there is problem_final.cc; if that is meant, name it problem.cc"])
         self.assertEqual(self.zip(("problem_old.cc", b"old"), ("problem.cc", CODE)).faults, [])
 
     def test_no_other_names_are_taken(self):

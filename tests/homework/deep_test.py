@@ -48,7 +48,7 @@ class Deep(FolderTest):
         for words, depth in (([], "second"), (["--off"], "first")):
             done = self.course_deep(*words)
             self.assertEqual(done.returncode, 0, done)
-            self.assertEqual("problem.cc holds work of yours and stays as it is" in done.stdout, not words)
+            self.assertEqual("problem.cc contains work of yours and stays as it is" in done.stdout, not words)
             self.assertIn(f"files are at the {depth} depth", done.stdout)
             wanted = {name: skeleton(name, deep=not words) for name in FILES} | {"problem.cc": begun}
             self.assertEqual(self.texts(), wanted)
