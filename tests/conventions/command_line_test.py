@@ -10,7 +10,8 @@ from importlib import import_module
 from pathlib import Path
 from unittest import mock
 
-from ch5_backend.course.__main__ import COMMANDS, dispatch, make_parser
+from ch5_backend.course.__main__ import ACTIONS, dispatch
+from ch5_backend.course.base.commands import COMMANDS, make_parser
 from ch5_backend.course.base.errors import CourseError
 from tests.folder import FolderTest
 from tests.project import BUILD, ROOT, TINY_BAL
@@ -38,6 +39,7 @@ class CommandLine(FolderTest):
             self.assertIn(str(word), done.stderr)
 
     def test_help_names_every_command(self):
+        self.assertEqual(list(ACTIONS), list(COMMANDS))
         for words in ([], ["help"], ["--help"], ["-h"], ["help", "--help"], ["help", "help"]):
             done = course(*words)
             self.assertEqual((done.returncode, done.stderr), (0, ""))
@@ -87,7 +89,7 @@ class CommandLine(FolderTest):
 
     def test_a_wrong_value_is_refused_before_a_build_as_the_program_would(self):
         solver, recording = ("ch5_bal", self.path("tiny.txt", TINY_BAL.encode())), ("ch5_recording", self.folder)
-        options = {action.option_strings[0] for action in make_parser("run")._actions if action.type} - {"--language"}
+        options = {name for name, one in COMMANDS["run"]["arguments"].items() if {"range", "one_of", "form"} & one.keys()}
         for (program, data), option, values in (
                 (solver, "--iterations", ["-1", "1000001", "9" * 5000, "1e3", "+5"]), (solver, "--threads", ["", "0", "257", "٣"]),
                 (solver, "--huber", ["0", "1e7", "nan", "1_0"]), (solver, "--solver", ["magic"]),
@@ -139,10 +141,10 @@ class CommandLine(FolderTest):
         fly, out = import_module("ch5_backend.course.experiments.fly"), self.folder / "out"
         (self.folder / "mav0" / "cam0").mkdir(parents=True)
         (out / "mine").mkdir(parents=True)
-        with mock.patch.multiple(fly, require_own=mock.DEFAULT, compile_files=dict, build_or_fail=mock.DEFAULT, app=mock.DEFAULT), \
-                mock.patch("ch5_backend.course.experiments.programs.app") as tracker, mock.patch.object(fly, "run_all", return_value={}) as flown:
+        with mock.patch.multiple(fly, require_own=mock.DEFAULT, compile_files=dict, build_or_fail=mock.DEFAULT), \
+                mock.patch.object(fly, "run_programs") as programs, mock.patch.object(fly, "run_all", return_value={}) as flown:
             dispatch("fly", make_parser("fly").parse_args([str(self.folder), "--out", str(out)]))
-        self.assertEqual(tracker.call_args[0][0][1:], [str(self.folder), "--out", out / "mine/recording"])
+        self.assertEqual(programs.call_args_list[0][0][0][0][1:], [str(self.folder), "--out", out / "mine/recording"])
         self.assertEqual(flown.call_args[0][2], str(out / "mine/recording"))
 
     def test_a_pipe_that_nobody_writes_into_is_refused(self):

@@ -5,7 +5,7 @@ import re
 import unittest
 from collections import Counter
 
-from ch5_backend.course.__main__ import COMMANDS
+from ch5_backend.course.base.commands import COMMANDS
 from ch5_backend.course.base.anchors import anchor
 from ch5_backend.figures.numbers import peers
 from ch5_backend.figures.tables import Tables

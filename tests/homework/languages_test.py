@@ -10,7 +10,7 @@ from collections import Counter
 from pathlib import Path
 from unittest import mock
 
-from ch5_backend.course.__main__ import make_parser
+from ch5_backend.course.base.commands import make_parser
 from ch5_backend.course.base import language
 from ch5_backend.course.base.language import PLACEHOLDER, sentence
 from ch5_backend.course.grading.rubric import read_rubric

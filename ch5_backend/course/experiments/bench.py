@@ -22,7 +22,7 @@ from ..base.processes import running
 from ..base.errors import CourseError, warn
 from ..base.progress import Progress
 from ..base.output_dir import locked_dir
-from .programs import app
+from .programs import figures, run_programs
 
 # name: what the programs read ("scene:", "city:", or a file below the data folder), and runs inside of one process: a short one
 # needs several, of which the first warms up.
@@ -108,7 +108,7 @@ def bench(arguments) -> int:
         about = conditions(measured)
         tables.write(out / "about.csv", tuple(about), [tuple(about.values())])
         if traces:
-            app([sys.executable, "-m", "ch5_backend.figures.bench", out], arguments.json)
+            run_programs([figures("bench", out)], arguments.json)
     if arguments.json:
         jsonout.emit({"rows": rows})
     else:

@@ -8,7 +8,6 @@ import json
 import os
 import re
 import subprocess
-import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -30,7 +29,7 @@ from ..homework.make_skeleton import skeleton
 from ..homework.own_functions import unfinished
 from ..homework.regions import FILES, STAGES
 from .data import has_images, kind_of
-from .programs import TRACKER, app, follow_images
+from .programs import TRACKER, figures, run_programs, tracking
 
 NEEDS = {"recording": FLIGHTS, "bal": ("blocks",)}  # what flies, or adjusts, the data that is given
 SOLUTION, OWN = "ch5_homework", os.environ.get("CH5_CHECK_PREFIX", "") + "ch5_homework_mine"
@@ -52,10 +51,11 @@ def fly(arguments, only_flights: bool) -> int:
         files = compile_files()
         if data and has_images(data):
             build_or_fail([TRACKER])
-            data = follow_images(data, out / "mine" / "recording", arguments.json)
+            run_programs([tracking(data, out / "mine" / "recording")], arguments.json)
+            data = str(out / "mine" / "recording")
         runs = {"files": files, "experiments": run_all(chosen, out / "mine", data)}
         (out / "mine" / "runs.json").write_text(json.dumps(runs, ensure_ascii=False), encoding="utf-8")
-        app([sys.executable, "-m", "ch5_backend.figures.mine", out, "--language", arguments.language], arguments.json)
+        run_programs([figures("mine", out, "--language", arguments.language)], arguments.json)
     if arguments.json:
         jsonout.emit({"out": str(out), "report": str(out / "mine.html"), "failures": runs["experiments"]})
     return 0

@@ -14,21 +14,22 @@ from ..base.processes import running
 TRACKER = "ch5_track"
 
 
-def app(command, as_json: bool) -> None:
-    """Runs one of them. With --json its standard output goes to standard error, which must stay readable.
+def run_programs(commands: list, as_json: bool) -> None:
+    """Runs them one after the other. With --json its standard output goes to standard error, which must stay readable.
 
     Raises CourseError with the program's exit code and, with --json, its last message.
     """
-    command = [str(word) for word in command]
-    sys.stdout.flush()
-    message = "its message is above"
-    with running(command, env={**os.environ, "MPLBACKEND": "Agg", "PYTHONUTF8": "1"}, text=True, errors="replace",
-                 stdout=sys.stderr if as_json else None, stderr=subprocess.PIPE if as_json else None) as process:
-        for line in process.stderr or ():
-            sys.stderr.write(line)
-            message = line.strip() or message
-        code = process.wait()
-    check_exit(command, code, message)
+    for command in commands:
+        command = [str(word) for word in command]
+        sys.stdout.flush()
+        message = "its message is above"
+        with running(command, env={**os.environ, "MPLBACKEND": "Agg", "PYTHONUTF8": "1"}, text=True, errors="replace",
+                     stdout=sys.stderr if as_json else None, stderr=subprocess.PIPE if as_json else None) as process:
+            for line in process.stderr or ():
+                sys.stderr.write(line)
+                message = line.strip() or message
+            code = process.wait()
+        check_exit(command, code, message)
 
 
 def check_exit(command: list, code: int, message: str) -> None:
@@ -42,12 +43,17 @@ def check_exit(command: list, code: int, message: str) -> None:
         raise CourseError(f"{name} failed with exit code {code}; {message}", code)
 
 
-def follow_images(folder: str, out: Path, as_json: bool, mono=False) -> str:
-    """Makes a recording, `out`, of a folder in EuRoC's layout; returns its name."""
-    app([BIN / TRACKER, folder, "--out", out, *(["--mono"] if mono else [])], as_json)
-    return str(out)
+def tracking(folder: str, out: Path, mono=False) -> list:
+    """Makes a recording, `out`, of a folder in EuRoC's layout."""
+    return [BIN / TRACKER, folder, "--out", out, *(["--mono"] if mono else [])]
 
 
-def tell(text, arguments) -> None:
-    """A line in the user's language; with --json, standard output is not its place."""
-    print(language.speaker(arguments.language).text(text), file=sys.stderr if arguments.json else sys.stdout)
+def figures(kind: str, *words) -> list:
+    """Draws with figures/KIND.py."""
+    return [sys.executable, "-m", f"ch5_backend.figures.{kind}", *words]
+
+
+def tell(texts: list, arguments) -> None:
+    """Lines in the user's language; with --json, standard output is not their place."""
+    for text in texts:
+        print(language.speaker(arguments.language).text(text), file=sys.stderr if arguments.json else sys.stdout)

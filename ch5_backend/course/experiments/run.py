@@ -9,18 +9,16 @@ from ch5_backend.figures.words import PAGES
 
 from ..base import jsonout
 from ..base.cmake_build import BIN, build_or_fail
+from ..base.commands import COMMANDS
 from ..base.errors import CourseError, warn
 from ..base.language import sentence
 from ..base.output_dir import locked_dir, made_dir, result_places
 from .data import has_images, kind_of
-from .programs import TRACKER, app, follow_images, tell
+from .programs import TRACKER, figures, run_programs, tell, tracking
 
 WHY_NOT = {"recording": "each estimator's policy chooses its settings", "window": "the file names its own loss"}
 OPENER = "open" if sys.platform == "darwin" else "xdg-open"
-SOLVER_OPTIONS = ("iterations", "threads", "huber", "solver")
-POSE_GRAPH_OPTIONS = ("init", "project-information")
-RECORDING_OPTIONS = ("policy", "first-estimates", "window", "max-features", "seconds", "batch", "estimate-extrinsic",
-                     "estimate-time-offset", "mono")
+FOR = {name: one["for"] for name, one in COMMANDS["run"]["arguments"].items() if "for" in one}  # {option: of which data}
 POLICY_FIELDS = ("policy", "ate_m", "scale_error", "yaw_error_deg", "realtime_factor", "p99_window_ms", "frames", "restarts", "rpe_m",
                  "path_m", "drift_percent")
 
@@ -48,30 +46,26 @@ def kinds_of(arguments) -> dict:
     kinds = {path: kind_of(path) for path in arguments.data}
     for option in given_options(arguments):
         if arguments.mine:
-            raise CourseError(f"--{option} does not apply to --mine: each experiment chooses its settings")
+            raise CourseError(f"{option} does not apply to --mine: each experiment chooses its settings")
         if not kinds:
-            raise CourseError(f"--{option} needs DATA: the chapter's own studies choose their settings")
+            raise CourseError(f"{option} needs DATA: the chapter's own studies choose their settings")
         for path, kind in kinds.items():
-            if option in POSE_GRAPH_OPTIONS and kind != "pose_graph":
-                raise CourseError(f"--{option} does not apply to {path}: it is for pose graphs")
-            if option in RECORDING_OPTIONS and kind != "recording":
-                raise CourseError(f"--{option} does not apply to {path}: it is for recordings")
-            if (option in SOLVER_OPTIONS and kind == "recording") or (kind, option) == ("window", "huber"):
-                raise CourseError(f"--{option} does not apply to {path}: {WHY_NOT[kind]}")
+            if FOR[option] in ("pose_graph", "recording") and kind != FOR[option]:
+                raise CourseError(f"{option} does not apply to {path}: it is for {FOR[option].replace('_', ' ')}s")
+            if (FOR[option], kind) == ("solver", "recording") or (kind, option) == ("window", "--huber"):
+                raise CourseError(f"{option} does not apply to {path}: {WHY_NOT[kind]}")
     return kinds
 
 
 def run_chapter(out: Path, arguments) -> int:
     """Every study of the chapter on the course's own scenes, then the report."""
+    start, report = time.monotonic(), out / PAGES[arguments.language]
     with locked_dir(out):
         build_or_fail(["ch5_chapter"])
-        start = time.monotonic()
-        app([BIN / "ch5_chapter", "--out", out], arguments.json)
-        app([sys.executable, "-m", "ch5_backend.figures.report", out], arguments.json)
-    report = out / PAGES[arguments.language]
+        run_programs([[BIN / "ch5_chapter", "--out", out], figures("report", out)], arguments.json)
     from ch5_backend.figures import captions, words  # what reads tables takes half a second
-    tell(captions.first_finding(out, words.Words(arguments.language)), arguments)
-    tell(sentence("run.report", path=str(report), command=f"{OPENER} {shlex.quote(str(report))}"), arguments)
+    tell([captions.first_finding(out, words.Words(arguments.language)),
+          sentence("run.report", path=str(report), command=f"{OPENER} {shlex.quote(str(report))}")], arguments)
     if arguments.json:
         jsonout.emit({"out": str(out), "report": str(report), "seconds": round(time.monotonic() - start, 3)})
     return 0
@@ -82,20 +76,17 @@ def solve(path: str, kind: str, out: Path, arguments) -> dict:
 
     A failure is part of the answer, so that the files after it are still solved.
     """
-    options = [word for name, value in given_options(arguments).items()
-               for word in (f"--{name}", *([] if value is True else [str(value)]))]
+    options = [word for option in given_options(arguments).items() for word in option if word is not True]
+    tracked, file = out / "recording", f"./{path}" if path.startswith("-") else path  # a name is not an option
+    track = [tracking(file, tracked, arguments.mono)] if has_images(path) else []
     try:
         with locked_dir(out):
-            file = f"./{path}" if path.startswith("-") else path  # a name is not an option
-            if has_images(path):
-                file = follow_images(file, out / "recording", arguments.json, arguments.mono)
-            app([BIN / f"ch5_{kind}", file, "--out", out, *options], arguments.json)
-            app([sys.executable, "-m", f"ch5_backend.figures.{kind}", out], arguments.json)
+            run_programs([*track, [BIN / f"ch5_{kind}", tracked if track else file, "--out", out, *options], figures(kind, out)], arguments.json)
             result = read_result(kind, out, arguments.language)
     except CourseError as error:
         warn(error)
         return {"problem": Path(path).stem, "error": str(error), "exit_code": error.exit_code}
-    tell(sentence("run.results", path=str(out)), arguments)
+    tell([sentence("run.results", path=str(out))], arguments)
     return result
 
 
@@ -113,6 +104,6 @@ def read_result(kind: str, out: Path, spoken: str) -> dict:
 
 
 def given_options(arguments) -> dict:
-    """{name: value, which is True for an option that has none}."""
-    values = {name: getattr(arguments, name.replace("-", "_")) for name in SOLVER_OPTIONS + POSE_GRAPH_OPTIONS + RECORDING_OPTIONS}
-    return {name: value for name, value in values.items() if value is not None}
+    """{option: value, which is True for a flag}."""
+    values = {option: getattr(arguments, option[2:].replace("-", "_")) for option in FOR}
+    return {option: value for option, value in values.items() if value is not None and value is not False}

@@ -8,7 +8,7 @@ from ..base.errors import CourseError
 from ..base.language import sentence
 from ..base.output_dir import locked_dir, made_dir, result_places
 from .data import has_images
-from .programs import TRACKER, follow_images, tell
+from .programs import TRACKER, run_programs, tell, tracking
 
 
 def refuse(arguments) -> None:
@@ -29,8 +29,8 @@ def track(arguments) -> int:
         build_or_fail([TRACKER])
     for path, place in places.items():
         with locked_dir(place):
-            follow_images(f"./{path}" if path.startswith("-") else path, place, arguments.json, arguments.mono)
-        tell(sentence("run.results", path=str(place)), arguments)
+            run_programs([tracking(f"./{path}" if path.startswith("-") else path, place, arguments.mono)], arguments.json)
+        tell([sentence("run.results", path=str(place))], arguments)
     if arguments.json:
         jsonout.emit({"out": [str(place) for place in places.values()]})
     return 0
