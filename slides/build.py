@@ -18,7 +18,8 @@ A deck is N-name.en.md and N-name.zh.md beside this file. Each page begins with 
 same minutes in both languages, 60 to 90 a deck. What a deck shows comes from the module deck_name.py:
 
   FIGURES         {name: draw(tables, lang) -> SVG text}; the deck shows figures/name.svg; no two decks share a name
-  facts(tables)   {name: text} for {{name}}; {{code.1.1a}} is the blank part of a TODO and known to every deck
+  facts(tables)   {name: text for {{name}}, or what an expression such as {{large.points | f0}} can name}, see facts.py;
+                  {{code.1.1a}} is the blank part of a TODO and known to every deck
 
 measured/*.csv are tables that are kept because making them measures time, see course/documents/measure_speed.py; they hide those of --csv.
 The tables of --csv that a deck needs, and the program that writes them, are of_deck(N, …) in
@@ -43,12 +44,12 @@ ROOT = HERE.parent
 from . import browser, npm
 from .browser import BuildError
 from .decks import choose, decks
+from .facts import PLACEHOLDER, written
 from .npm import WORK
 from ch5_backend.figures.atomic_write import atomic_write, write_whole
 from ch5_backend.figures.tables import TableError, Tables
 
 LANGUAGES = ("en", "zh")
-PLACEHOLDER = re.compile(r"\{\{([A-Za-z0-9_.]+)\}\}")
 SLIDE_ID = re.compile(r"^<!-- slide: [^>]*-->\n", re.M)
 TITLE = re.compile("<title>(.*?)</title>")
 FIGURE = re.compile(r"\(figures/(\w+)\.svg\)")
@@ -78,14 +79,18 @@ def blanks():
     return found
 
 
-def fill(text, values, where):
-    """Replaces every {{name}}; an unknown name is an error that tells the place."""
+def fill(text, facts, tables, where):
+    """The text with every placeholder written, and {placeholder: what is written}; an unknown name is an error that tells the place."""
+    found = {}
+
     def value(match):
-        if match[1] not in values:
+        try:
+            found[match[1]] = written(match[1], facts, tables)
+        except NameError as error:
             line = text.count("\n", 0, match.start()) + 1
-            raise BuildError(f"{where}:{line}: nothing is known of {{{{{match[1]}}}}}", code=1)
-        return values[match[1]]
-    return PLACEHOLDER.sub(value, text)
+            raise BuildError(f"{where}:{line}: nothing is known of {match[0]}: {error}", code=1) from error
+        return found[match[1]]
+    return PLACEHOLDER.sub(value, text), found
 
 
 class Prepared:
@@ -94,14 +99,13 @@ class Prepared:
     def __init__(self, deck, csv):
         tables, module, source = tables_of(csv), module_of(deck), deck.read_text(encoding="utf-8")
         self.name, self.lang, self.source = deck.stem, language(deck), source
-        values = {**blanks(), **module.facts(tables)}
-        self.numbers = {name: values[name] for name in sorted(set(PLACEHOLDER.findall(source))) if name in values}
+        filled, self.numbers = fill(source, {**blanks(), **module.facts(tables)}, tables, deck)
         self.figures = {}
         for name in sorted(set(FIGURE.findall(source))):
             if name not in module.FIGURES:
                 raise BuildError(f"{deck}: no script draws figures/{name}.svg", code=1)
             self.figures[name] = module.FIGURES[name](tables, self.lang)
-        self.text = SLIDE_ID.sub("", fill(source, values, deck))
+        self.text = SLIDE_ID.sub("", filled)
 
     def record(self):
         """What the deck was made of, for --check."""

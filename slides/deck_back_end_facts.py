@@ -4,10 +4,7 @@ against one; the deck writes {{name}} and never a digit of a result."""
 from fractions import Fraction
 from math import gcd, lcm
 
-import numpy as np
-
 from ch5_backend.figures.numbers.chapter import Chapter
-from ch5_backend.figures.tables import dense
 
 from .facts import gathered, typed_in
 from .marginalization_examples import solved_chain
@@ -30,48 +27,14 @@ def common_factor(rows):
     return tex(factor) + matrix([[v / factor for v in row] for row in rows], tex)
 
 
-def bundle_facts(tables):
-    facts = {}
-    for name in ("course", "large"):
-        row = Chapter(tables).solve(name)
-        for column in ("frames", "points", "unknowns", "edges", "iterations"):
-            facts[f"{name}.{column}"] = f"{row[column]:.0f}"
-        facts[f"{name}.initial_cost"] = scientific(row["initial_cost"])
-        facts[f"{name}.final_cost"] = scientific(row["final_cost"])
-        facts[f"{name}.rmse_before_mm"] = f"{1e3 * row['initial_rmse_landmark_m']:.0f}"
-        facts[f"{name}.rmse_after_mm"] = f"{1e3 * row['final_rmse_landmark_m']:.1f}"
-    facts["course.poses_dim"] = str(len(dense(tables("hessian", scene="course", matrix="S"))))
-    facts["course.size"] = str(len(dense(tables("hessian", scene="course", matrix="H"))))
-    return facts
-
-
-def gauge_facts(tables):
-    """The gap in the spectrum of the free problem: zeros, then the smallest true eigenvalue."""
-    sizes, zeros = Chapter(tables).spectrum("free")
-    return {"gauge.zeros": str(zeros), "gauge.largest_zero": scientific(sizes[zeros - 1], 1),
-            "gauge.smallest": scientific(sizes[zeros], 1)}
-
-
-def prior_facts(tables):
-    n = Chapter(tables)
-    mean = lambda weight: n.at("prior_trials", "mean_iterations", weight, variant="perturbed")  # noqa: E731
-    damping = lambda name, column: n.ends("prior_damping", column, damping=name)  # noqa: E731
-    cost, rmse = (n.ends("prior_sweep", column, variant="perturbed") for column in ("reprojection_cost", "rmse_position"))
-    weights, minimal = tables("prior_trials", variant="course")["weight"], tables("prior_sweep", variant="minimal")["reprojection_cost"]
-    peak_weight, peak = n.peak("perturbed")
-    return {
-        "prior.trials": f"{tables('prior_trials')['trials'][0]:.0f}",
-        "prior.peak_weight": scientific(peak_weight, 1), "prior.peak": f"{peak:.1f}",
-        "prior.free": f"{mean(0.0):.1f}", "prior.plateau": f"{mean(1e10):.1f}",
-        "prior.heaviest": scientific(weights.max(), 1),
-        "prior.identity_heaviest": f"{damping('identity', 'iterations')[1]:.0f}",
-        "prior.diagonal_heaviest": f"{damping('diagonal', 'iterations')[1]:.0f}",
-        "prior.lambda0_light": scientific(damping("identity", "lambda0")[0], 2),
-        "prior.lambda0_heavy": scientific(damping("identity", "lambda0")[1], 2),
-        "prior.cost_light": f"{cost[0]:.2f}", "prior.cost_heavy": f"{cost[1]:.2f}",
-        "prior.minimal_spread": scientific(np.ptp(minimal) / minimal.min(), 1),
-        "prior.rmse_light": f"{1e3 * rmse[0]:.1f}", "prior.rmse_heavy": f"{1e3 * rmse[1]:.1f}",
-    }
+def chapter_facts(tables):
+    """What the pages ask: the scenes' bundle adjustments, the gap in the spectrum of the free problem (zeros, then the smallest true
+    eigenvalue), and what the prior's weight does."""
+    chapter = Chapter(tables)
+    sizes, zeros = chapter.spectrum("free")
+    return {"chapter": chapter, "course": chapter.solve("course"), "large": chapter.solve("large"), "sizes": sizes, "zeros": zeros,
+            "sweep": tables("prior_sweep", variant="perturbed"), "trials": tables("prior_trials", variant="perturbed"),
+            "minimal": tables("prior_sweep", variant="minimal")["reprojection_cost"]}
 
 
 def study_facts(tables):
@@ -83,4 +46,4 @@ def study_facts(tables):
             "study.lightest": scientific(min(weights), 1, shortest=False), "study.heaviest": scientific(max(weights), 1)}
 
 
-facts = gathered(bundle_facts, chain_facts, gauge_facts, prior_facts, study_facts)
+facts = gathered(chapter_facts, chain_facts, study_facts)

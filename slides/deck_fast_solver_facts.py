@@ -2,7 +2,8 @@
 
 from ch5_backend.figures.numbers.peers import BEST as AT_BEST, LDLT, SAME, VINS, kept, pairs_of, spans
 from ch5_backend.figures.numbers.systems import by_sparse, end_by_least
-from ch5_backend.figures.numbers.windows import KEPT
+
+from .tex import short
 
 NAMES = {"scene/30x1000": "scene", "window/vio_M": "window", "bal/49-7776": "bal49", "bal/16-22106": "bal16"}
 PROBLEMS = tuple(NAMES)
@@ -28,19 +29,6 @@ def ladder(tables, problem):
     """{rung: milliseconds an iteration} of the rungs that were measured."""
     there = {(r["solver"], r["simd"]) for r in tables("speed_steps", problem=problem).rows()}
     return {name: iteration(tables, problem, *rung) for name, rung in RUNGS.items() if rung in there}
-
-
-def short(value):
-    return f"{value:.0f}" if value >= 20 else f"{value:.1f}" if value >= 1 else f"{value:.2f}"
-
-
-def pose_graph_facts():
-    """Times by our sparse Cholesky's, and where the algorithms end on MIT."""
-    times = {f"graphs.{solver}": short(by_sparse(KEPT, solver, name))
-             for solver, name in (("dense", "intel"), ("cholmod", "sphere2500"), ("pcg", "sphere2500"))}
-    ends = {f"graphs.{name}": short(end_by_least(KEPT, "MIT", algorithm))
-            for name, algorithm in (("newton", "Gauss-Newton"), ("dogleg", "Dogleg"))}
-    return times | ends
 
 
 def refined_facts(tables):
@@ -87,8 +75,7 @@ def start_facts(tables):
 
 
 def facts(tables):
-    about = tables("speed_about").row()
-    found = {"about.processor": about["processor"], "about.rounds": f"{about['rounds']:.0f}"}
+    found = {"by_sparse": by_sparse, "end_by_least": end_by_least}
     for problem in PROBLEMS:
         name, whole, rungs = NAMES[problem], iteration(tables, problem, *BEST), ladder(tables, problem)
         for step in STEPS:
@@ -97,14 +84,11 @@ def facts(tables):
             if a in rungs and b in rungs:
                 found[f"{name}.{a}.{b}"] = short(rungs[a] / rungs[b])
     peak = tables("speed_machine").row(simd="avx2", limit="peak")["value"]
-    found["machine.peak"] = f"{peak:.0f}"
-    for r in tables("speed_machine", simd="avx2", limit="read").rows():
-        found[f"machine.read.{r['megabytes']:g}".replace("0.25", "small")] = f"{r['value']:.0f}"
     for step in ("linearize", "schur", "back"):
         row = tables("speed_steps").row(problem=ROOFED, step=step, solver="sparse", simd="avx2")
         speed = 1e-6 * row["flop"] / row["milliseconds"]
         found |= {f"roof.{step}.intensity": f"{row['flop'] / row['bytes']:.1f}", f"roof.{step}.share": f"{100 * speed / peak:.0f}"}
-    found |= peer_facts(tables) | start_facts(tables) | pose_graph_facts() | refined_facts(tables) | ray_facts(tables)
+    found |= peer_facts(tables) | start_facts(tables) | refined_facts(tables) | ray_facts(tables)
     rows = tables("speed_reduced").rows()
     best = min(r["cost"] for r in rows)
     for name, solver in (("sparse", "sparse"), ("pcg", "implicit-pcg"), ("series", "power-series")):

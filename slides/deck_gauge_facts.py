@@ -8,12 +8,7 @@ from ch5_backend.figures.tables import TableError
 
 from . import gauge_examples as toy
 from .facts import ROOT, gathered, typed_in
-from .tex import matrix, scientific, tex
-
-
-def power(weight):
-    """A weight of the sweep, 10⁵."""
-    return f"${scientific(weight, 1, shortest=weight < 1e3)}$"
+from .tex import matrix, power, scientific, tex
 
 
 def scene_facts(tables):
@@ -34,52 +29,16 @@ def toy_facts(tables):
             "creep.steps": str(len(toy.walk(toy.WEAK)) - 1), "creep.free": str(len(toy.walk(0.0)) - 1)}
 
 
-# name: (study, of, what, how it is written) of the numbers in figures/numbers/gauge.py
-POSITION, AT_PEAK = "mean position_m", "iterations at the peak"
-TIGHT = "largest relative difference of an RMSE at convergence"
-USUAL = "largest relative difference of the position's RMSE at the usual stop"
-CITED = {
-    "methods.trials": ("methods", "all scenes", "trials", "{:.0f}".format),
-    "methods.prior": ("methods", "prior and fixation", TIGHT, lambda v: scientific(v, 1)),
-    "methods.free": ("methods", "free and fixation", TIGHT, lambda v: scientific(v, 1)),
-    "methods.usual": ("methods", "prior and fixation", USUAL, lambda v: scientific(v, 1, shortest=False)),
-    "methods.as_many": ("methods", "all scenes", "share of trials in which free needs as many iterations", percent),
-    "sweep.zero": ("sweep", "sine planes", "iterations at 0", "{:.1f}".format),
-    "sweep.peak": ("sweep", "sine planes", AT_PEAK, "{:.1f}".format),
-    "sweep.peak_weight": ("sweep", "sine planes", "weight of the peak", "{:g}".format),
-    "sweep.recommended": ("sweep", "sine planes", "iterations at the recommended weight", "{:.1f}".format),
-    "arrival.last": ("convergence", "w = 100", "mean last iteration", "{:.1f}".format),
-    "arrival.strong_last": ("convergence", "w = 100000", "mean last iteration", "{:.1f}".format),
-    "choice.low": ("prior_choice", "any damping", "least right weight", power),
-    "choice.high": ("prior_choice", "any damping", "greatest right weight", power),
-    "choice.moved": ("prior_choice", "gauge, perturbed", "error / that without a prior farthest from 1",
-                     lambda v: percent(abs(v - 1), 1)),
-    "sigma.fixed_last": ("deviations", "fixed", "σ of the last position [m]", lambda v: f"{100 * v:.1f}"),
-    "sigma.free_least": ("deviations", "free", "least σ of a position [m]", lambda v: f"{100 * v:.1f}"),
-    "cov.free_to_fixed": ("covariance", "free to fixed", "largest relative Frobenius distance", lambda v: scientific(v, 1)),
-    "cov.fixed_to_free": ("covariance", "fixed to free", "largest relative Frobenius distance", lambda v: scientific(v, 1)),
-    **{f"damping.{name}": ("prior_choice", f"damping {name}", "iterations at 10¹⁰", "{:.1f}".format)
-       for name in gauge.FACTORS["damping"]},
-    **{f"place.{name}": ("prior_choice", f"{place}, perturbed", "error / that without a prior at 10⁵", "{:.2f}".format)
-       for name, place in zip(("gauge", "pose", "poses"), gauge.FACTORS["place"])},
-    **{f"zeros.{name}{end}": ("spectrum", problem, what, written)
-       for name, problem in (("imu", "camera and IMU"), ("camera", "camera alone"))
-       for end, what, written in (("", "zero eigenvalues", str), ("_largest", "greatest zero / greatest", lambda v: scientific(v, 1)),
-                                  ("_next", "least other / greatest", lambda v: scientific(v, 1)))},
-}
-
-
 def cited_facts(tables):
     """What the page of the experiments cites too, and the paper's own."""
     found = gauge.numbers(tables.folder.parent / "gauge")
-    if not found.keys() >= {study for study, *_ in CITED.values()}:
-        raise TableError(f"{tables.folder.parent / 'gauge'}: tables are missing; run ./course plots gauge first")
-    facts = {name: written(found[study][of, what]) for name, (study, of, what, written) in CITED.items()}
+    if missing := {"methods", "sweep", "near_start", "variants", "convergence", "spectrum", "covariance", "deviations", "prior_choice"} - found.keys():
+        raise TableError(f"{tables.folder.parent / 'gauge'}: tables of {', '.join(sorted(missing))} are missing; run ./course plots gauge first")
+    facts = dict(found)
     methods = tables("../gauge/csv/methods")
     for scene in gauge_paper.SCENES:
-        name, paper, place = "rmse." + "_".join(scene), gauge_paper.RMSE[scene], " ".join(scene)
-        facts.update({f"{name}.fixation": f"{found['methods'][f'{place} fixation', POSITION]:.4f}",
-                      f"{name}.paper": f"{paper['fixation'][0]:.5f}, {paper['free'][0]:.5f} m"})
+        name, paper = "rmse." + "_".join(scene), gauge_paper.RMSE[scene]
+        facts[f"{name}.paper"] = f"{paper['fixation'][0]:.5f}, {paper['free'][0]:.5f} m"
         for method in ("prior", "free"):
             facts[f"{name}.{method}"] = scientific(gauge.differences(methods, "position_m", method, [scene]).max(), 1)
     extra = [found["methods"][" ".join(scene), "mean iterations of free − fixation"] for scene in gauge_paper.SCENES]
@@ -100,23 +59,16 @@ def reading_facts(tables):
     """Whose weight the paper's is, what its start is, and what is selected."""
     folder = tables.folder.parent / "gauge"
     found = gauge.numbers(folder)
-    near, variants, methods = found["near_start"], found["variants"], found["methods"]
+    variants, methods = found["variants"], found["methods"]
     scenes = list(map(" ".join, gauge_paper.SCENES))
     step = lambda scene, method: methods[f"{scene} {method}", "median milliseconds an iteration"]  # noqa: E731
     longer = [step(scene, "fixation") / step(scene, "free") - 1 for scene in scenes]
     turned = [value for (_, what), value in variants.items() if what.startswith("arc's rotation")]
     mean = lambda variant: "/".join(  # noqa: E731
         f"{variants[f'{variant}, rec planes', f'mean {method}_iterations']:.1f}" for method in gauge.METHODS[:3])
-    facts = {"start.paper": f"{gauge_paper.FIRST_PIXELS}", "readings.least": "7", "readings.noise": "4.5",
-             "readings.three": f"{near['stated', 'iterations at 3']:.1f}", "time.least": percent(min(longer)),
-             "time.most": percent(max(longer)), "views.two": "2", "views.four": "4", "views.rec_two": mean("two views"),
-             "views.rec_four": mean("as shown"), "variants.least": f"{min(turned):.1f}", "variants.most": f"{max(turned):.1f}"}
-    for name, start in zip(("stated", "rotations", "all", "noise"), (*gauge.STARTS, gauge.NOISY)):
-        facts[f"start.{name}"] = f"{near[start, 'mean first reprojection error [px]']:.1f}"
-        for reading in gauge.READINGS:
-            gap = near[start, f"gap from w = 7 on if w multiplies {reading}"]
-            facts[f"readings.{name}_{reading.split()[1]}"] = f"{gap:.1f}"
-    return facts
+    return {"start.paper": f"{gauge_paper.FIRST_PIXELS}", "readings.least": "7", "readings.noise": "4.5", "time.least": percent(min(longer)),
+            "time.most": percent(max(longer)), "views.two": "2", "views.four": "4", "views.rec_two": mean("two views"),
+            "views.rec_four": mean("as shown"), "variants.least": f"{min(turned):.1f}", "variants.most": f"{max(turned):.1f}"}
 
 
 def recording_facts(tables):

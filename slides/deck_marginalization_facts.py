@@ -45,12 +45,14 @@ def hand_facts(tables):
     }
 
 
-def fill_facts(tables):
-    stage = {name: tables("marginalize_fill").row(stage=name) for name in tables("marginalize_fill")["stage"].tolist()}
+def study_facts(tables):
+    fill = tables("marginalize_fill")
     frames, points = typed_in(f"{STUDIES}/marginalize_study.cc", r"kFrames = (\d+), kPoints = (\d+)")
-    dimensions = {f"{one['null_dimension']:.0f}" for one in stage.values()}
-    return {"fill.frames": frames, "fill.points": points, "fill.bad_density": percent(stage['without frame 0']['density']),
-            "fill.before_density": percent(stage['before']['density']), "fill.null": " / ".join(sorted(dimensions))}
+    seconds, outliers = map(float, typed_in(f"{STUDIES}/odometry_study.cc", r"duration = ([\d.]+);.*outlier_fraction = ([\d.]+);"))
+    return {"fill": fill, "fill.frames": frames, "fill.points": points,
+            "fill.null": " / ".join(sorted({f"{dimension:.0f}" for dimension in fill["null_dimension"]})),
+            "prior": tables("slide_priors", stage="after"), "flights": tables("odometry_policies"),
+            "flight.outliers": percent(outliers), "flight.seconds": f"{seconds:.0f}"}
 
 
 def spectrum_facts(tables):
@@ -67,14 +69,11 @@ def slide_facts(tables):
         of = lambda fate: [one for one in tables("slide_vertices", policy=policy).rows() if one["fate"] == fate]  # noqa: B023,E731
         gone, held = of("marginalized"), of("in the prior")
         count = lambda rows, kind: sum(one["vertex"] == kind for one in rows)  # noqa: E731
-        prior = tables("slide_priors").row(policy=policy, stage="after")
         observations = tables("slide_observations", policy=policy).rows()
         facts.update({
             f"slide.{policy}_gone": "{:.0f}".format(next(one["number"] for one in gone if one["vertex"] == "pose")),
             f"slide.{policy}_depths": str(count(gone, "landmark")), f"slide.{policy}_speeds": str(count(gone, "speed")),
             f"slide.{policy}_poses": str(count(held, "pose")), f"slide.{policy}_m": f"{sum(one['rows'] for one in gone):.0f}",
-            f"slide.{policy}_n": f"{prior['columns']:.0f}", f"slide.{policy}_rank": f"{prior['rank']:.0f}",
-            f"slide.{policy}_missing": f"{prior['columns'] - prior['rank']:.0f}",
             f"slide.{policy}_rehosted": str(len({one["landmark"] for one in observations if one["fate"] == "again"}))})
         for fate in ("prior", "again", "lost", "stays"):
             facts[f"fate.{policy}_{fate}"] = str(sum(one["fate"] == fate for one in observations))
@@ -101,16 +100,6 @@ def film_facts(tables):
     return facts
 
 
-def flight_facts(tables):
-    facts = {}
-    for policy in ("vins", "okvis"):
-        one = tables("odometry_policies").row(policy=policy)
-        facts[f"flight.{policy}"] = f"{100 * one['ate_m']:.1f}"
-        facts[f"flight.{policy}_scale"] = percent(one["scale_error"], 1, "+")
-    seconds, outliers = map(float, typed_in(f"{STUDIES}/odometry_study.cc", r"duration = ([\d.]+);.*outlier_fraction = ([\d.]+);"))
-    return {**facts, "flight.outliers": percent(outliers), "flight.seconds": f"{seconds:.0f}"}
-
-
 def back_end_facts(_):
     qr = lost_to_schur(KEPT)
     slower = qr_by_schur(KEPT)
@@ -118,12 +107,4 @@ def back_end_facts(_):
             "back.qr": f"${scientific(qr['worst_error'], 1)}$", "back.slower": f"{slower[0]:.0f}–{slower[-1]:.0f}"}
 
 
-def okvis_facts(tables):
-    gone = tables("okvis_vertices", case="keyframe", fate="marginalized")
-    held = tables("okvis_vertices", case="keyframe", fate="in the prior")
-    count = lambda rows, kind: str((rows["vertex"] == kind).sum())  # noqa: E731
-    return {"cases.landmarks": count(gone, "landmark"), "cases.poses": count(held, "pose"), "cases.speeds": count(held, "speed")}
-
-
-facts = gathered(chain_facts, hand_facts, fill_facts, spectrum_facts, slide_facts, film_facts, flight_facts, back_end_facts,
-                 okvis_facts)
+facts = gathered(chain_facts, hand_facts, study_facts, spectrum_facts, slide_facts, film_facts, back_end_facts)

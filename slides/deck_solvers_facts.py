@@ -45,10 +45,9 @@ def rule_facts(tables):
 
 
 def half_facts(tables):
-    last = tables("solver_half_damped").rows()[-1]
-    one = min(tables("solver_half_damped").rows(), key=lambda r: abs(log10(r["relative_lambda"])))
-    return {"half.step": f"{last['half_damped_step']:.2f}", "half.gain": f"{last['half_damped_gain_ratio']:.3f}",
-            "half.gain_one": f"{one['half_damped_gain_ratio']:.2f}"}
+    half = tables("solver_half_damped")
+    one = min(half.rows(), key=lambda r: abs(log10(r["relative_lambda"])))
+    return {"half": half, "half.gain_one": f"{one['half_damped_gain_ratio']:.2f}"}
 
 
 def stop_facts(tables):
@@ -68,22 +67,7 @@ def stop_facts(tables):
 
 
 def step_facts(tables):
-    newton = tables("solver_paths", algorithm="gauss-newton").rows()
-    return {"paths.start": f"{newton[0]['cost']:.1f}", "paths.jump": f"{newton[1]['cost']:.0f}",
-            "paths.times": f"{newton[1]['cost'] / newton[0]['cost']:.0f}"} | {
-        f"paths.{name}": f"{tables('solver_paths', algorithm=algorithm).rows()[-1]['iteration']:.0f}"
-        for name, algorithm in (("newton", "gauss-newton"), ("lm", "levenberg-marquardt"), ("dogleg", "dogleg"))} | {
-        "dogleg.least": f"{tables('solver_dogleg', first_radius=1.0).rows()[-1]['iteration']:.0f}",
-        "dogleg.most": f"{tables('solver_dogleg', first_radius=0.01).rows()[-1]['iteration']:.0f}"}
+    return {"newton": tables("solver_paths", algorithm="gauss-newton")}
 
 
-def loss_facts(tables):
-    error = {(r["loss"], r["fraction"]): r["rmse_position_m"] for r in tables("solver_outliers").rows()}
-    facts = {f"outliers.{loss}.{round(100 * f)}": f"{1e3 * e:.1f}" if e < 0.1 else f"{1e3 * e:.0f}" for (loss, f), e in error.items()}
-    for r in tables("solver_corrections").rows():
-        facts[f"correction.{r['loss']}.{r['correction']}"] = f"{r['iterations']:.0f}"
-    facts["outliers.trials"] = f"{tables('solver_outliers').rows()[0]['trials']:.0f}"
-    return facts
-
-
-facts = gathered(schur_facts, pcg_facts, rule_facts, half_facts, stop_facts, step_facts, loss_facts)
+facts = gathered(schur_facts, pcg_facts, rule_facts, half_facts, stop_facts, step_facts)

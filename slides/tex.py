@@ -14,6 +14,15 @@ def scientific(value, digits=3, shortest=True):
     return f"10^{{{exponent}}}" if float(mantissa) == 1 else rf"{mantissa}\times 10^{{{exponent}}}"
 
 
+def power(weight):
+    """A weight of a sweep, 10⁵."""
+    return f"${scientific(weight, 1, shortest=weight < 1e3)}$"
+
+
+def short(value):
+    return f"{value:.0f}" if value >= 20 else f"{value:.1f}" if value >= 1 else f"{value:.2f}"
+
+
 def decimal(value):
     return f"{float(value):.6g}".replace("-", "−")
 

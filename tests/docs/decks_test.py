@@ -23,7 +23,7 @@ from ch5_backend.figures.words import Labels
 
 TABLES = Tables(OUT / "csv")
 STAGES = {stage["id"] for stage in json.loads(read(ROOT / "ch5_homework/stages.json"))["stages"]}
-PLACEHOLDER, FIGURE = r"\{\{([\w.]+)\}\}", r"!\[([^\]]*)\]\(figures/(\w+)\.svg\)"
+PLACEHOLDER, FIGURE = build.PLACEHOLDER.pattern, r"!\[([^\]]*)\]\(figures/(\w+)\.svg\)"
 LAB = r"\(\.\./lab\.html\?lang=\w\w#([^)]*)\)"
 
 
@@ -81,9 +81,10 @@ class Decks(unittest.TestCase):
         results = [(name, page[2]) for name, one, other in pairs() if one[1] for page in (one, other)]
         self.assertGreater(len(results), 10)
         for name, page in results:
+            self.assertEqual([query for query in re.findall(PLACEHOLDER, page) if not re.search("[a-z]{3}", query)], [], "a typed number")
             rest = re.sub(rf"<!--.*?-->|{PLACEHOLDER}|{FIGURE}|{LAB}", "", prose(page), flags=re.S)
             rest = re.sub(r"[_^]\{?-?\w+\}?", "", rest)  # indices and exponents of formulas
-            self.assertEqual(re.findall(r".{0,20}\d.{0,20}", rest), [], f"{name}: let facts() of its module say it")
+            self.assertEqual(re.findall(r".{0,20}\d.{0,20}", rest), [], f"{name}: let a placeholder say it")
         used = {name for name, page in results if re.search(PLACEHOLDER, page) or re.search(FIGURE, page)}
         self.assertEqual(used, {name for name, _ in results}, "a result page without a result")
 
@@ -172,7 +173,7 @@ class Decks(unittest.TestCase):
 
     def test_an_unknown_placeholder_is_an_error(self):
         with self.assertRaisesRegex(build.BuildError, r"deck.md:2: .*no\.such"):
-            build.fill("one\n{{no.such}}", {}, "deck.md")
+            build.fill("one\n{{no.such | f1}}", {}, TABLES, "deck.md")
 
     def test_overview_is_current(self):
         self.need_tables()

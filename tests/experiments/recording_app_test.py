@@ -13,6 +13,16 @@ TABLES = {f"odometry_{name}.csv" for name in ("policies", "segments", "path", "w
 TRAJECTORIES = {"vins.tum", "vins.csv", "okvis.tum", "okvis.csv"}
 
 
+def edit(path, change) -> None:
+    """Writes a table anew: change(rows) are its rows now, lists of words, but for the head."""
+    head, *rows = (line.split(",") for line in path.read_text().splitlines())
+    path.write_text("".join(",".join(row) + "\n" for row in [head, *change(rows)]))
+
+
+def later(row, seconds) -> list:
+    return [str(int(row[0]) + int(1e9 * seconds)), *row[1:]]
+
+
 class RecordingApp(AppTest):
     app = "ch5_recording"
 
@@ -120,10 +130,7 @@ class RecordingApp(AppTest):
 
     def test_a_gap_in_the_imu_begins_a_segment(self):
         recording = self.simulate(16)
-        imu = recording / "imu.csv"
-        head, *rows = imu.read_text().splitlines(keepends=True)
-        first = int(rows[0].split(",")[0])
-        imu.write_text(head + "".join(row for row in rows if not 5.0 < (int(row.split(",")[0]) - first) / 1e9 < 6.0))
+        edit(recording / "imu.csv", lambda rows: [row for row in rows if not 5.0 < (int(row[0]) - int(rows[0][0])) / 1e9 < 6.0])
         self.out.mkdir()
         (self.out / "vins_7.tum").write_text("of an earlier run\n")
         done = self.solve(recording, "--out", self.out)
@@ -149,9 +156,7 @@ class RecordingApp(AppTest):
 
     def test_a_truth_of_another_time_is_named(self):
         recording = self.simulate()
-        truth = recording / "groundtruth.csv"
-        head, *rows = truth.read_text().splitlines(keepends=True)
-        truth.write_text(head + "".join(str(int(row.split(",", 1)[0]) + 3_600_000_000_000) + "," + row.split(",", 1)[1] for row in rows))
+        edit(recording / "groundtruth.csv", lambda rows: [later(row, 3600) for row in rows])
         done = self.program(recording, "--out", self.out)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("no estimate was compared with groundtruth.csv: its 1601 poses are from 3600.00 to 3608.00 s, the images "
@@ -160,14 +165,14 @@ class RecordingApp(AppTest):
     def test_a_truth_of_distant_poses_another_unit_or_another_clock_is_named(self):
         recording = self.simulate()
         truth = recording / "groundtruth.csv"
-        head, *rows = truth.read_text().splitlines(keepends=True)
-        in_millimeters = lambda cells: [cells[0], *(str(1000 * float(x)) for x in cells[1:4]), *cells[4:]]
-        later = lambda row: str(int(row.split(",", 1)[0]) + 200_000_000) + "," + row.split(",", 1)[1]
-        for changed, name, words in (
-                ([later(row) for row in rows], "truth_late", "0 ms too late for the IMU, which is most of the errors"),
-                (rows[::150], "distant_truth", "the poses of groundtruth.csv are 0.75 s apart (median)"),
-                ([",".join(in_millimeters(row.split(","))) for row in rows], "truth_unit", " times as far as vins estimates; is it in meters?")):
-            truth.write_text(head + "".join(changed))
+        whole = truth.read_text()
+        in_millimeters = lambda row: [row[0], *(str(1000 * float(x)) for x in row[1:4]), *row[4:]]
+        for change, name, words in (
+                (lambda rows: [later(row, 0.2) for row in rows], "truth_late", "0 ms too late for the IMU, which is most of the errors"),
+                (lambda rows: rows[::150], "distant_truth", "the poses of groundtruth.csv are 0.75 s apart (median)"),
+                (lambda rows: map(in_millimeters, rows), "truth_unit", " times as far as vins estimates; is it in meters?")):
+            truth.write_text(whole)
+            edit(truth, change)
             done = self.program(recording, "--out", self.out, "--policy", "vins")
             self.assertIn(words, done.stderr)
             self.assertEqual([row["warning"] for row in table(self.out / "csv" / "odometry_warnings.csv")], [name])
@@ -175,20 +180,17 @@ class RecordingApp(AppTest):
 
     def test_a_truth_of_another_size_and_shape_is_not_called_one_of_another_unit(self):
         recording = self.simulate()
-        truth = recording / "groundtruth.csv"
-        head, *rows = [row.split(",") for row in truth.read_text().splitlines()]
-        backwards = [[row[0], *(str(1e-3 * float(x)) for x in other[1:4]), *row[4:]] for row, other in zip(rows, rows[::-1])]
-        truth.write_text("".join(",".join(row) + "\n" for row in [head, *backwards]))
+        edit(recording / "groundtruth.csv", lambda rows: [[row[0], *(str(1e-3 * float(x)) for x in other[1:4]), *row[4:]]
+                                                          for row, other in zip(rows, rows[::-1])])
         done = self.program(recording, "--out", self.out, "--policy", "vins")
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertNotIn("is it in meters?", done.stderr)
 
     def test_a_clock_that_is_late_and_an_inverted_extrinsic_are_named(self):
         recording = self.simulate(12)
-        tracks, calibration = recording / "tracks.csv", recording / "calibration.yaml"
-        head, *rows = tracks.read_text().splitlines(keepends=True)
+        calibration = recording / "calibration.yaml"
         known = calibration.read_text()
-        tracks.write_text(head + "".join(str(int(row.split(",", 1)[0]) + 100_000_000) + "," + row.split(",", 1)[1] for row in rows))
+        edit(recording / "tracks.csv", lambda rows: [later(row, 0.1) for row in rows])
         done = self.program(recording, "--out", self.out, "--policy", "vins")
         late = r"the camera's stamps are (\d+) ± \d+ ms late \(corrected\)"
         self.assertRegex(done.stderr, late)
@@ -207,11 +209,8 @@ class RecordingApp(AppTest):
 
     def test_readings_at_a_limit_are_named(self):
         recording = self.simulate(6)
-        imu = recording / "imu.csv"
-        head, *rows = (line.split(",") for line in imu.read_text().splitlines())
-        for row in rows[300:900:100]:
-            row[2] = "-4.36"
-        imu.write_text("".join(",".join(row) + "\n" for row in [head, *rows]))
+        edit(recording / "imu.csv", lambda rows: [[*row[:2], "-4.36", *row[3:]] if k in range(300, 900, 100) else row
+                                                  for k, row in enumerate(rows)])
         done = self.program(recording, "--out", self.out, "--policy", "vins")
         self.assertIn("the gyroscope is at its limit on axis y in 6 readings, ±4.36 rad/s", done.stderr)
         self.assertIn("The gyroscope is at its limit on axis y in 6 readings, ±4.36 rad/s.", self.page().replace("\u00a0", " "))
@@ -236,10 +235,8 @@ class RecordingApp(AppTest):
                 (imu, lambda *rates_forces: (*rates_forces[:5], -rates_forces[5]),
                  r"of 12 windows \d start in motion, and \d+ if its columns are read as x, y, -z; at rest", "force")):
             whole = path.read_text()
-            head, *rows = (line.split(",") for line in whole.splitlines())
             kept = 2 if path == tracks else 1
-            rows = [[*row[:kept], *map(str, change(*map(float, row[kept:])))] for row in rows]
-            path.write_text("".join(",".join(row) + "\n" for row in [head, *rows]))
+            edit(path, lambda rows: [[*row[:kept], *map(str, change(*map(float, row[kept:])))] for row in rows])
             done = self.program(recording, "--out", self.out, "--policy", "vins")
             self.assertRegex(done.stderr, words)
             self.assertEqual(done.stderr.count("warning"), 1, done.stderr)
@@ -252,9 +249,8 @@ class RecordingApp(AppTest):
         for whole, every, warned in ((whole, *case) for whole in real("euroc_v1_01_easy", self.simulate(30)) for case in ((10, False), (20, True))):
             recording = self.folder / f"{whole.name}_every_{every}"
             shutil.copytree(whole, recording)
-            head, *rows = (whole / "tracks.csv").read_text().splitlines(keepends=True)
-            times = sorted({row.split(",")[0] for row in rows}, key=int)[::every]
-            (recording / "tracks.csv").write_text(head + "".join(row for row in rows if row.split(",")[0] in times))
+            times = sorted({row["#timestamp [ns]"] for row in table(whole / "tracks.csv")}, key=int)[::every]
+            edit(recording / "tracks.csv", lambda rows: [row for row in rows if row[0] in times])
             done = run(BUILD / "bin" / "ch5_recording", recording, "--out", self.out)
             self.assertEqual(done.returncode, 0)
             self.assertEqual("the images are 1.00 s apart" in done.stderr, warned, done.stderr)
@@ -271,15 +267,11 @@ class RecordingApp(AppTest):
 
     def silence(self, policy):
         """Makes of the tables what a run leaves in which this policy has found no start."""
+        silent = {"odometry_policies": lambda row: [[row[0], *4 * [""], row[5], "", "", "0", "0", "", "", ""]],
+                  "odometry_windows": lambda row: [[*row[:3], "starting", *row[4:]]]}
         for path in (self.out / "csv").iterdir():
-            head, *rows = (line.split(",") for line in path.read_text().splitlines())
-            if path.stem == "odometry_policies":
-                rows = [[row[0], *4 * [""], row[5], "", "", "0", "0", "", "", ""] if row[0] == policy else row for row in rows]
-            elif path.stem == "odometry_windows":
-                rows = [[*row[:3], "starting", *row[4:]] if row[0] == policy else row for row in rows]
-            else:
-                rows = [row for row in rows if row[0] != policy]
-            path.write_text("".join(",".join(row) + "\n" for row in [head, *rows]))
+            change = silent.get(path.stem, lambda row: [])
+            edit(path, lambda rows: [new for row in rows for new in (change(row) if row[0] == policy else [row])])
         (self.out / f"{policy}.tum").write_text("")
 
     def test_a_policy_that_never_starts_is_drawn_as_such(self):
@@ -298,8 +290,7 @@ class RecordingApp(AppTest):
         self.assertFalse(films["okvis"].exists(), "no picture of an earlier run is left")
         # The other one has started, but too late for a prior.
         for name in ("spectrum", "gauge", "matrices"):
-            path = self.out / "csv" / f"odometry_{name}.csv"
-            path.write_text(path.read_text().splitlines()[0] + "\n")
+            edit(self.out / "csv" / f"odometry_{name}.csv", lambda rows: [])
         self.assertNotIn("prior should", self.page())
         self.assertFalse(films["vins"].exists())
 
@@ -309,9 +300,7 @@ class RecordingApp(AppTest):
         (self.out / "vins.tum").write_text("of an earlier run\n")
         imu, tracks = recording / "imu.csv", recording / "tracks.csv"
         whole_imu = imu.read_text()
-        lines = whole_imu.splitlines(keepends=True)
-        lines[5] = lines[5].split(",")[0] + ",0,0,zero,0,0,9.8\n"  # the others: tests/files/recording_file_test.cc
-        imu.write_text("".join(lines))
+        edit(imu, lambda rows: [*rows[:4], [rows[4][0], *"0,0,zero,0,0,9.8".split(",")], *rows[5:]])  # the others: tests/files/recording_file_test.cc
         before = contents(self.folder)
         done = self.program(recording, "--out", self.out)
         self.assertEqual((done.returncode, done.stdout, done.stderr.count("\n")), (2, "", 1))
