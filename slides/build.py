@@ -18,7 +18,7 @@ A deck is N-name.en.md and N-name.zh.md beside this file. Each page begins with 
 same minutes in both languages, 60 to 90 a deck. What a deck shows comes from the module deck_name.py:
 
   FIGURES         {name: draw(tables, lang) -> SVG text}; the deck shows figures/name.svg; no two decks share a name
-  facts(tables)   {name: text for {{name}}, or what an expression such as {{large.points | f0}} can name}, see facts.py;
+  facts(tables)   {name: text for {{name}}, or what an expression such as {{large.points | f0}} can name}, see figures/queries.py;
                   {{code.1.1a}} is the blank part of a TODO and known to every deck
 
 measured/*.csv are tables that are kept because making them measures time, see course/documents/measure_speed.py; they hide those of --csv.
@@ -44,9 +44,10 @@ ROOT = HERE.parent
 from . import browser, npm
 from .browser import BuildError
 from .decks import choose, decks
-from .facts import PLACEHOLDER, written
+from .facts import written
 from .npm import WORK
 from ch5_backend.figures.atomic_write import atomic_write, write_whole
+from ch5_backend.figures.queries import PLACEHOLDER
 from ch5_backend.figures.tables import TableError, Tables
 
 LANGUAGES = ("en", "zh")
@@ -88,7 +89,7 @@ def fill(text, facts, tables, where):
             found[match[1]] = written(match[1], facts, tables)
         except NameError as error:
             line = text.count("\n", 0, match.start()) + 1
-            raise BuildError(f"{where}:{line}: nothing is known of {match[0]}: {error}", code=1) from error
+            raise BuildError(f"{where}:{line}: nothing is known of {error}", code=1) from error
         return found[match[1]]
     return PLACEHOLDER.sub(value, text), found
 

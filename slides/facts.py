@@ -1,35 +1,24 @@
-"""What a page writes between double braces: the name of a fact, or an expression of Jinja2 such as {{large.points | f0}}, with the
-tables and facts of its deck as its names and the filters below.
+"""What a page writes between double braces: the name of a fact, or a question to the tables, see figures/queries.py, whose names are
+`table`, `kept` and the facts of its deck.
 """
 
 import re
 from pathlib import Path
 
-from jinja2 import Environment, StrictUndefined, TemplateError
-
 from ch5_backend.figures.numbers.windows import KEPT
-from ch5_backend.figures.style import percent
-from ch5_backend.figures.tables import dense
+from ch5_backend.figures.queries import evaluator
 
 from .tex import power, scientific, short
 
 ROOT = Path(__file__).resolve().parents[1]
-PLACEHOLDER = re.compile(r"\{\{([^{}\n]+)\}\}")
-FILTERS = {**{f"f{digits}": f"{{:.{digits}f}}".format for digits in range(5)}, "g": "{:g}".format, "sci": scientific, "percent": percent, "power": power, "short": short,
-           "centi": lambda value: 100 * value, "milli": lambda value: 1e3 * value, "dense": dense}
-PAGES = Environment(undefined=StrictUndefined)
-PAGES.filters |= FILTERS
+EVALUATE = evaluator(sci=scientific, power=power, short=short)
 
 
 def written(expression, facts, tables):
     """The text of a placeholder. Raises NameError for a name that nothing has."""
     if isinstance(facts.get(expression), str):
         return facts[expression]
-    names = {"table": tables, "kept": KEPT, **{name: value for name, value in facts.items() if name.isidentifier()}}
-    try:
-        return str(PAGES.compile_expression(expression, undefined_to_none=False)(names))
-    except (TemplateError, TypeError) as error:
-        raise NameError(error) from error
+    return EVALUATE(expression, {"table": tables, "kept": KEPT, **{name: value for name, value in facts.items() if name.isidentifier()}})
 
 
 def gathered(*parts):

@@ -96,19 +96,18 @@ TABLES = {"gauge_errors": ("methods", errors_table), "gauge_matrices": ("covaria
 
 def body_of(directory, say, found):
     """The page's pieces."""
-    words = gauge_captions.captions(found, say)
     body = page.opening(say("gauge.title"), say("gauge.lead"), say)
     trials = found["methods"]["all scenes", "trials"] if "methods" in found else gauge_paper.TRIALS
     if trials < gauge_paper.TRIALS:
         body.append(Markup("<p><strong>{}</strong></p>").format(say("gauge.quick", trials=f"{trials:.0f}", all=gauge_paper.TRIALS)))
     for name in drawn_of(directory):
-        body.append(page.figure(directory, name, words[name], say(f"{name}.alt"), say))
+        body.append(page.figure(directory, name, gauge_captions.caption(name, found, say), say(f"{name}.alt"), say))
         table, make = TABLES.get(name, (None, None))
         if table in found:
             body.append(make(found[table], say))
     for name, make in (("variants", variants_table), ("audit", audit_table)):
         if name in found:
-            body += [page.paragraph(words[f"gauge_{name}"]), make(found[name], say)]
+            body += [page.paragraph(gauge_captions.caption(f"gauge_{name}", found, say)), make(found[name], say)]
     summary = Markup('<a href="summary.csv">summary.csv</a>')
     return [*body, Markup(f"<p>{say('gauge.summary', link='{}')}</p>").format(summary), page.links_to_tables(directory, say)]
 

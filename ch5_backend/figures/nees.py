@@ -119,12 +119,6 @@ def why_none(say):
                **{f"{policy}_truth": nees("truth errs too", policy) for policy in NAMES})
 
 
-def in_short():
-    """The pose's NEES with the policy of VINS: with all mistakes, and with none."""
-    worst, best = kept_summary("vins", hosts="exact", observations="twice"), kept_summary("vins", "full")
-    return {"runs": f"{best['runs']:.0f}", "worst": f"{worst['nees_pose']:.1f}", "best": f"{best['nees_pose']:.1f}"}
-
-
 def captions(say):
     """{figure: its words}, with every number taken from the kept tables."""
     tell = {"nees": lambda row: f"{row['nees_pose']:.1f}",

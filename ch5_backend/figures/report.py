@@ -99,7 +99,7 @@ def body_of(directory, say):
         lecture, *stages = BELONGS[section]
         pieces = [Markup("<p class=\"belongs\">{}</p>").format(say("belongs", lectures=lecture, stages=say("list").join(stages)))]
         if section == "the-hessian":
-            pieces.append(page.paragraph(size_of_h(n, say)))
+            pieces.append(page.paragraph(say("hessian_size", **captions.names_of(n))))
         pieces += [EXPLORERS[section](directory, say)] if section in EXPLORERS else []
         pieces += [page.figure(directory, name, caption, say(f"{name}.alt"), say) for name, caption in figures.items()]
         if section == "consistency":
@@ -111,13 +111,6 @@ def body_of(directory, say):
         body.append(page.PIECES.section(section, say(f"section.{section}"), pieces))
     steps = [(command, say(f"next.{name}")) for name, command in NEXT.items()]
     return [*body, page.PIECES.steps(say("next"), steps), page.links_to_tables(directory, say)]
-
-
-def size_of_h(n, say):
-    """Why H has more rows than the table has unknowns."""
-    small, (poses, size) = n.solve("course"), n.rows_of_h("course")
-    return say("hessian_size", poses=poses, landmarks=size - poses, size=size, frames=f"{small['frames']:.0f}",
-               unknowns=f"{small['unknowns']:.0f}")
 
 
 def draw_one(index, directory):

@@ -14,6 +14,7 @@ from matplotlib.lines import Line2D
 
 from . import translate
 from .atomic_write import atomic_write
+from .digits import number, percent, power_of_ten  # noqa: F401
 from .tables import TableError
 
 # Okabe and Ito's colors: told apart by color-blind eyes, and by their lightness in gray.
@@ -136,27 +137,6 @@ def freeze(figure):
         figure.set_layout_engine("none")
     else:
         figure.set_constrained_layout(False)
-
-
-def power_of_ten(exponent):
-    """10⁻³ as plain letters, which are set ten times faster than a formula."""
-    return "10" + str(int(exponent)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
-
-
-def number(value, digits=3):
-    """A number for reading: 0.0132, 4620, 2.17 × 10⁹."""
-    if value == 0:
-        return "0"
-    if 1e-3 <= abs(value) < 1e5:
-        return f"{value:.{digits}g}" if abs(value) < 10**digits else f"{value:.0f}"
-    mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
-    power = power_of_ten(int(exponent))
-    return power if float(mantissa) == 1 else f"{mantissa} × {power}"
-
-
-def percent(share, digits=0, sign=""):
-    """0.12 as 12 %, which no line breaks."""
-    return f"{100 * share:{sign}.{digits}f}\u00a0%".replace("-", "−")
 
 
 def log_axis(axis):

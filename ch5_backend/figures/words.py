@@ -24,7 +24,11 @@ class Words:
         self.language = language
 
     def __call__(self, key, **values):
-        return UNITS.sub("\u00a0", SENTENCES[self.language][key].format(**values))
+        sentence = SENTENCES[self.language][key]
+        if "{{" in sentence:
+            from .queries import fill  # Jinja2, which a fresh machine lacks
+            sentence = fill(sentence, values)
+        return UNITS.sub("\u00a0", sentence.format(**values))
 
 
 class Labels:
