@@ -1,1 +1,1 @@
-"""What stands behind ./course: one module per idea."""
+"""The implementation of ./course: one module per idea."""

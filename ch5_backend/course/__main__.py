@@ -46,7 +46,7 @@ FORWARDING = ("test", "slides")  # to CTest and the builder, what follows --; el
 
 
 def unknown(command: str) -> dict:
-    """What is said of a command that there is not, with the one that was probably meant."""
+    """The message for an unknown command, with the one that was probably meant."""
     near = difflib.get_close_matches(command, [*COMMANDS, "help"], n=1)
     if near:
         return language.sentence("command.did_you_mean", command=command, meant=near[0])
@@ -54,9 +54,9 @@ def unknown(command: str) -> dict:
 
 
 def dispatch(command: str, given: argparse.Namespace) -> int:
-    """A command's module is imported only here, so that ./course is quick to say no."""
+    """Imports a command's module only here, so that ./course refuses wrong words quickly."""
     module, do = ACTIONS[command]
-    with processes.undisturbed():  # Python's import prints what is raised in its midst
+    with processes.undisturbed():  # Python's import prints exceptions raised during it
         loaded = import_module(module, __package__)
     return do(loaded, given)
 

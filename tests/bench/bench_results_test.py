@@ -173,12 +173,12 @@ class Rounds(unittest.TestCase):
         measured, calls, said = self.rounds(cases, run_side, quick=True)
         self.assertEqual([(case.name, len(case.ours[""])) for case in measured], [("bal/16-22106", bench.QUICK_ROUNDS)])
         self.assertEqual(calls.count(("ours", "bal/49-7776", "")), 1, "once is enough to know")
-        self.assertIn("left out, for want of time: bal/49-7776", said)
+        self.assertIn("left out, because time ran out: bal/49-7776", said)
 
     def test_problems_without_a_file_are_named(self):
         said = io.StringIO()
         with mock.patch.object(bench, "data_folder", lambda: Path("/nowhere")), contextlib.redirect_stderr(said):
             self.assertEqual([case.name for case in bench.cases_of(["bal/49-7776", "scene/3x20"], True)], ["scene/3x20"])
-            self.assertIn("left out, for want of their files in /nowhere: bal/49-7776", said.getvalue())
+            self.assertIn("left out, because their files are not in /nowhere: bal/49-7776", said.getvalue())
             with self.assertRaisesRegex(CourseError, "nothing to measure: bal/49-7776 .* set CH5_DATA_DIR"):
                 bench.cases_of(["bal/49-7776"], False)

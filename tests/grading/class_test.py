@@ -60,7 +60,7 @@ class Sheets(InAFolder):
                            ("7,Ada,,9=1,x", "class.csv:2: override: such as 1.2=10; there are the stages 1.1, 1.2, got '9=1'"),
                            ("7,Ada,soon,,", "class.csv:2: a time is written 2026-12-01T18:30, got 'soon'"),
                            ("7,Ada,,,,,,", "class.csv:2: more cells than the header has, got ''"),
-                           ("7,Ada\n7,Bob", "class.csv:3: this id stands in line 2 too, got '7'"),
+                           ("7,Ada\n7,Bob", "class.csv:3: this id is also in line 2, got '7'"),
                            ("", "class.csv: nobody is in it"), (",Ada", "class.csv:2: this row has no id, got 'Ada'"),
                            ("7,Ada,2026-12-01;2026-12-02,,", "class.csv:2: 2 times in the column handed_in for 0 submissions"),
                            ("2.02101E+09,Ada", "class.csv:2: a spreadsheet has turned this id into a rounded number"),

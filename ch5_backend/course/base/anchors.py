@@ -10,7 +10,7 @@ def anchor(words: str) -> str:
 
 def page_of(deck: str, fragment: str) -> int:
     """The number of the page of this deck's Markdown whose heading has the anchor; the first without one. Raises ValueError."""
-    pages = re.split(r"^---$", deck, flags=re.MULTILINE)[2:]  # what stands before is the head of the file
+    pages = re.split(r"^---$", deck, flags=re.MULTILINE)[2:]  # the part before is the head of the file
     for number, page in enumerate(pages, 1):
         if not fragment or any(anchor(words) == fragment for words in re.findall(r"^#+ (.*)$", page, re.MULTILINE)):
             return number

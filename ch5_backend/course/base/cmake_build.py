@@ -14,7 +14,7 @@ from .output_dir import hold
 from .progress import Progress
 
 for name in ("CH5_BUILD_DIR", "CH5_DATA_DIR", "CH5_HOMEWORK_DIR"):
-    if os.environ.get(name):  # meant from where the user stands; ctest and what it starts stand elsewhere
+    if os.environ.get(name):  # relative to the user's folder; ctest and what it starts run elsewhere
         os.environ[name] = os.path.abspath(os.environ[name])
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -61,7 +61,7 @@ def _is_foreign(cached: dict) -> bool:
 
 
 def was_moved(cached: dict) -> bool:
-    """Whether a build folder with this cache was made when the project stood elsewhere."""
+    """Whether a build folder with this cache was made when the project was elsewhere."""
     return cached.get("CMAKE_HOME_DIRECTORY", str(ROOT)) != str(ROOT)
 
 

@@ -5,7 +5,7 @@ import signal
 import subprocess
 from contextlib import contextmanager
 
-GRACE = 5.0  # seconds for a program to end by itself once it is asked to
+GRACE = 5.0  # seconds that a program has to end after it is asked to
 
 _running = []         # the programs that have been started and not yet waited for
 _undisturbed = False  # signals wait

@@ -8,7 +8,7 @@ from collections import deque
 
 QUIET_SECONDS = 10.0   # between two lines in a pipe
 LIGHT_STEP = 0.1       # of a link or a copy, in units of a file that is compiled
-RECENT = 10            # files that tell the pace: before them stood those that ccache knew
+RECENT = 10            # files that show the pace: earlier ones were in ccache
 FIRST_GUESS = 3.0      # seconds of compiling before the first guess of the time left
 
 
@@ -43,7 +43,7 @@ class Progress:
     def ninja_step(self, line: str) -> None:
         """A line of ninja's, "[done/all] what": adds how long the rest may take, at the pace of the last ones."""
         counted = re.match(r"\[(\d+)/(\d+)\] (.*)", line)
-        if not counted or counted[1] == "0":  # its own words, and a look for new files
+        if not counted or counted[1] == "0":  # the build tool's messages, and a look for new files
             return self.step("…")
         number, total, what = int(counted[1]), int(counted[2]), counted[3]
         self.done += 1.0 if what.startswith("Building") else LIGHT_STEP

@@ -26,7 +26,7 @@ TOKEN = re.compile(
 # In a sentence: a letter with an index, such as H_ll⁻¹ or δb_a …
 TERM = (rf"(?<![^\Wᵀ¹²])[dδΔ∂]?{LETTER}[{''.join(ACCENTS)}]?_(?:[\u03b1-\u03c9][a-z]?|[A-Za-z0-9]{{1,3}}(?:_[A-Z][a-z]?)*(?:,[ij])?(?![A-Za-z0-9_]))"
         rf"[{''.join(RAISED)}]*")
-# … unless it stands in code, or is a name that Doxygen reads.
+# … unless it is in code, or is a name that Doxygen reads.
 KEPT = r"`[^`]*`|\"[^\"\s]*\"|\\f\$.*?\\f\$|@param\s+\w+(?:, \w+)*|@\w+(?: [\w./:]+)?|https?://\S+|\S*::\S*"
 DRAWN = re.compile(r"[│┌└├┤┐┘─►#]|//|[;{}]\s*$|::|\b(?:const|template|class|public)\b")
 

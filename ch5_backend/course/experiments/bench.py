@@ -47,7 +47,7 @@ MARGINALIZERS = {"": VINS, "ldlt": LDLT}  # {way: peer}, where Ceres has nothing
 TWO_THREADS = ("scene/30x1000", "scene/30x4000", "bal/")  # also measured with two threads, by the clock
 
 # Ceres at its best: what serves it best by a row's own measure. All these ways are tried in the first round, then those that
-# were best at something. The first one is that of the same problem, which both sides are told.
+# were best at something. The first one is the same problem for both sides.
 UNASKED = ""  # the way of ours at its best
 RAYS = "lm,ray,radius=3.3e5"  # points on rays, and 1/λ₀ of ours with them
 WAYS = {
@@ -98,7 +98,7 @@ def bench(arguments) -> int:
         build_or_fail(["bench_programs"])
         peer = "Ceres" if (BIN / "measure_ceres").exists() else None
         if peer is None:
-            warn("Ceres is not installed (Debian: libceres-dev): our times stand alone")
+            warn("Ceres is not installed (Debian: libceres-dev): only our times are measured")
         measured = run_rounds(cases_of(names, arguments.quick), peer, arguments.quick)
         rows = [row for case in measured for row in rows_of(case, peer)]
         traces = [row for case in measured for row in traces_of(case)]
@@ -153,7 +153,7 @@ def cases_of(names: list, quick: bool) -> list:
         raise CourseError(f"nothing to measure: {', '.join(names)} are read from {data_folder()}, where no such file is; "
                           "set CH5_DATA_DIR")
     if missing:
-        warn(f"left out, for want of their files in {data_folder()}: {', '.join(missing)}")
+        warn(f"left out, because their files are not in {data_folder()}: {', '.join(missing)}")
     cases = []
     for name in names:
         if not sources[name] or (quick and name in LONG):
@@ -192,7 +192,7 @@ def run_rounds(cases: list, peer, quick: bool) -> list:
     measured = [case for case in cases if case.ours]
     late = [case.name for case in cases if not case.ours]
     if late:
-        warn(f"left out, for want of time: {', '.join(late)}; without --quick there is enough")
+        warn(f"left out, because time ran out: {', '.join(late)}; without --quick there is enough")
     if not measured:
         raise CourseError("nothing was measured", 1)
     return measured

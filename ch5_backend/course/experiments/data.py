@@ -1,4 +1,4 @@
-"""Which kind of data a path holds, told by its content and not by its name."""
+"""Which kind of data a path holds, by its content and not by its name."""
 
 from pathlib import Path
 

@@ -1,1 +1,1 @@
-"""./course grade: marks for submissions that nobody trusts."""
+"""./course grade: marks for untrusted submissions."""

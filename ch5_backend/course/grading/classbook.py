@@ -1,15 +1,15 @@
 """A class: what of a student's submissions counts, and what a human has decided. The class's table and the records give one
 row a student. Beside id and name (see roster), a sheet may have these columns, in any order:
 
-    submissions                 names of theirs that do not tell whose they are, parted by ;
+    submissions                 their submissions whose name does not say so, separated by ;
     handed_in                   2026-12-01T18:30, by ; in the order of the names; without it the platform's time counts, else the file's
     excused                     days that are not late
-    override                    1.2=10; 4=8.5: the points of a stage, whatever the hour; needs a reason
+    override                    1.2=10; 4=8.5: the points of a stage, late or not; needs a reason
     reason                      of the override
     read WHAT /10               any number of these: points of 10 for what no machine reads
 
 A number that is not known is None and an empty cell, never 0: of a stage in a file that could not be read, of a submission
-that two may claim, of somebody who has handed in nothing.
+that two may claim, of a student who has handed in nothing.
 """
 
 import math
@@ -108,7 +108,7 @@ def read_class(path: Path, points: dict) -> Class:
         if not id:
             continue
         if folded(id) in seen:
-            refuse(path, line, f"this id stands in line {seen[folded(id)]} too", id)
+            refuse(path, line, f"this id is also in line {seen[folded(id)]}", id)
         seen[folded(id)] = line
         students.append(read_student(table, line, cells, id, points))
     if not students:

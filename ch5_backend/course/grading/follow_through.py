@@ -1,9 +1,9 @@
 """What is right in a stage that is not: its blanks are judged one by one, so that one slip does not cost all.
 
 A blank is replaced by the solution's lines, and the stage compiled and judged as before. If it is right with k of its n
-blanks replaced, the other n − k are right, and have their share of the points, rounded down to half a point. What earns
-points passes every check, on the same cases, in the same sandbox; what such a program prints is shown to nobody. The solution's lines
-stand only between lines that cannot read them (provenance.closed_to), and have the numbers of those that they replace.
+blanks replaced, the other n − k are right, and earn their part of the points, rounded down to half a point. What earns
+points passes every check, on the same cases, in the same sandbox; what such a program prints is not shown. The solution's lines
+are inserted only between lines that cannot read them (provenance.closed_to), and have the numbers of those that they replace.
 """
 
 import difflib
@@ -20,7 +20,7 @@ MOST_LINES = 5000  # of a file in which blanks are looked for; the solutions hav
 
 
 def blanks_of(file: str, text: str) -> dict:
-    """{todo: (begin, end)} in lines of a student's file: what stands between the skeleton's lines on either side of a blank.
+    """{todo: (begin, end)} in lines of a student's file: the lines between the skeleton's lines on either side of a blank.
     Without the blanks around which these lines have been changed."""
     solved = {region.todo: region for region in regions(solution_text(file))}
     deep = asks_deep(text.encode("utf-8", "surrogateescape"))

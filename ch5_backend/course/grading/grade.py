@@ -131,7 +131,7 @@ def share(submissions: dict, shard) -> dict:
 
 
 def the_seed(out: Path, asked) -> int:
-    """The seed asked for, or that of the records that are there, or a new one that nobody can guess."""
+    """The seed asked for, or that of the records that are there, or a new one that cannot be guessed."""
     path = out / "session.json"
     if asked is not None:
         write_whole(path, json.dumps({"seed": asked}))

@@ -18,8 +18,8 @@ LONGEST_NAME = 200  # bytes
 
 
 def listed(paths: list, list_file: str) -> list:
-    """The paths of submissions, without what is none. A folder that is named alone and holds a class's submissions stands for
-    them; what a list names is a submission each."""
+    """The paths of submissions, without other files. A single folder that holds a class's submissions means all of
+    them; each line of a list is a submission."""
     paths = [Path(path) for path in paths]
     if len(paths) == 1 and not list_file:
         paths = class_in(paths[0]) or paths
@@ -57,7 +57,7 @@ def class_in(folder: Path) -> list:
 
 
 def named(paths: list) -> dict:
-    """{name of its folder: its paths}; submissions of one name are told apart by the folders that they lie in. Files that a
+    """{name of its folder: its paths}; submissions with the same name are distinguished by their folders. Files that a
     platform has named for one student, such as li_12345_678_problem.cc and li_12345_679_gauge_prior.cc, are one, newest first."""
     groups = {}
     for path in (path.absolute() for path in paths):

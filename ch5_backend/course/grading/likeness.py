@@ -20,7 +20,7 @@ FEWEST = 40     # grams of one's own: three places or more; below that two peopl
 SHARE = 0.7     # of the smaller file's own grams
 STRING = r'"(?:\\.|[^"\\\n])*"?'  # or without an end: no quote in it is tried as a beginning
 NOTHING = re.compile(rf'({STRING})|//[^\n]*|/\*.*?(?:\*/|\Z)|^[^\S\n]*#(?![^\S\n]*define\b)[^\n]*', re.DOTALL | re.MULTILINE)
-DEFINE = re.compile(r'^[^\S\n]*#[^\S\n]*define\s+\w+(?:\([^)\n]*\))?', re.MULTILINE)  # but what it stands for is read
+DEFINE = re.compile(r'^[^\S\n]*#[^\S\n]*define\s+\w+(?:\([^)\n]*\))?', re.MULTILINE)  # but its replacement is read
 EMPTY = re.compile(r'(?<=[;{}])\s*(?:\(\s*void\s*\)\s*\w+\s*;|;)+')  # statements that do nothing
 TOKEN = re.compile(rf'{STRING}|[A-Za-z_]\w*|\d[\w.]*|->|::|[^\s\w]')
 KEYWORDS = frozenset("auto bool break const continue double else false float for if int long nullptr return size_t static "

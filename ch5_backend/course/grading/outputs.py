@@ -113,5 +113,5 @@ def write_table(path: Path, rows: list, delimiter: str = ",", encoding: str = "u
 
 
 def harmless(text: str) -> str:
-    """A cell that no spreadsheet takes for a formula; a number or a dash, as platforms write them, is none."""
+    """A cell that no spreadsheet reads as a formula; a number or a dash, as platforms write them, is not one."""
     return text if re.fullmatch(r"[+-]?[\d.,]*", text) or text[:1] not in ("=", "+", "-", "@", "\t", "\r") else "'" + text

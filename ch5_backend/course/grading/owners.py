@@ -1,14 +1,14 @@
-"""Whose a submission is. In this order, and the first that answers has the last word:
+"""Whose a submission is. In this order; the first that answers decides:
 
     1. the sheet's column submissions, which may give one submission to several;
     2. Gradescope's submission_metadata.yml beside it: its SIDs, addresses and names;
-    3. the number that Moodle or Canvas writes at its own place of a name, then the person's name before it;
+    3. the number that Moodle or Canvas writes into a name, then the person's name before it;
     4. an id as a word in the name of the submission, then in that of its folder;
-    5. a student's whole name, if it stands there.
+    5. a student's full name, if it is there.
 
-Letters are compared as a reader sees them: composed or not, in whatever case and width, without marks of direction. Between
-a number and Chinese letters a word ends: 2021012345张三 has the id 2021012345. Where an id and the name of another student
-stand together, or two ids, nobody guesses: the submission is all of theirs to claim, and none has a mark by it.
+Letters are compared as a reader sees them: composed or not, in any case and width, without marks of direction. Between
+a number and Chinese letters a word ends: 2021012345张三 has the id 2021012345. If there is an id and the name of another student,
+or two ids, there is no guess: all of them may claim the submission, and it gives none of them a mark.
 """
 
 import re
@@ -65,7 +65,7 @@ def names_in(text: str) -> set:
 
 
 def owners_of(students: list, record: dict) -> list:
-    """None, one, or those among whom nobody can decide but a human; several too where the sheet gives it to them."""
+    """None, one, or those among whom only a human can decide; several too where the sheet gives it to them."""
     path = Path(record["path"])
     texts = [path.name, path.parent.name]
     calls = {folded(record["name"]), folded(path.name)}

@@ -78,7 +78,7 @@ def untouched(row: dict) -> bool:
 
 
 def state_of(row: dict, say: Speaker) -> str:
-    """In words; who has begun a stage reads so."""
+    """In words; says half-done if a stage has been begun."""
     return say("state.half-done" if row["diagnosis"].get("begun") else f"state.{row['state']}")
 
 

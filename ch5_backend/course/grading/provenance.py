@@ -48,7 +48,7 @@ def foreign_file(rule: str, own: tuple) -> str:
     return next((word for word in words if not posixpath.normpath(word).startswith((*HEADERS, *own))), "")
 
 
-# What stands between brackets, quotes or signs of a comment: a student's lines that open none around a blank, and steer no
+# The text between brackets, quotes or comment signs: a student's lines that open none around a blank, and steer no
 # preprocessor, cannot read what is written there.
 TOKEN = re.compile(r'//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"|\d(?:\'?[\w.])*|\'(?:\\.|[^\'\\\n])*\'|\w+|\S', re.DOTALL)
 STEERS = re.compile(r'\\\s*\n|\?\?/|%:|\bR"|\b(?:_Pragma|__pragma)\b')

@@ -30,7 +30,7 @@ def learn(toolchain: Toolchain) -> list:
             rows.append(row._replace(cause=one.cause))
     for name, other in answers.ambiguous(rows):
         if name in new or other in new:
-            warn(f"{name} gives the same answer as {other}, with another cause: neither is told of such an answer")
+            warn(f"{name} gives the same answer as {other}, with another cause: neither is named for such an answer")
     answers.write_table(rows)
     answers.known.cache_clear()
     return new
@@ -45,7 +45,7 @@ def run(toolchain: Toolchain, one) -> answers.Row:
     if verdict.state != "wrong":
         raise CourseError(f"ch5_homework/mistakes: {one.name} should be wrong, but its state is {verdict.state}. {verdict.output}".strip())
     if "fingerprint" not in verdict.diagnosis:
-        warn(f"{one.name} gives no finite numbers to compare: such an answer is told what the judge itself sees in it")
+        warn(f"{one.name} gives no finite numbers to compare: the judge's own diagnosis is shown for such an answer")
     return answers.row_of(one, verdict.diagnosis)
 
 

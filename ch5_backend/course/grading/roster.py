@@ -129,7 +129,7 @@ def platform_of(table: Table) -> str:
 
 
 def id_of(table: Table, line: int, cells: list) -> str:
-    """What the student is called by; "" in a row that is nobody's, such as Canvas's of possible points."""
+    """What the student is called by; "" in a row of no student, such as Canvas's possible points."""
     name = table.cell(cells, *NAMES, *LAST)
     if table.platform == "canvas" and (not table.cell(cells, "id") or name == "Points Possible"):
         return ""

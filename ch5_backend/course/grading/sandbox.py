@@ -1,4 +1,4 @@
-"""A sandbox for programs that nobody trusts, made of bubblewrap (namespaces), setpriv, prlimit and seccomp.
+"""A sandbox for untrusted programs, made of bubblewrap (namespaces), setpriv, prlimit and seccomp.
 
 Inside there are the system's /usr, the files that are bound by name, and nothing else: no network, no home, no project,
 no other process. Where it cannot be had, it says why and nothing is run.
@@ -116,7 +116,7 @@ class Sandbox:
         cpu, code = max(used.ru_utime + used.ru_stime, watch.spent if late.is_set() else 0.0), process.returncode
         if code > 128 and code - 128 in signal.valid_signals():  # as bwrap and shells say it
             code = 128 - code
-        # Who has used up all its seconds was ended for it, even if it has caught the signal and ended in words of its own.
+        # A program that used up its seconds was ended for that, even if it caught the signal and ended with a message of its own.
         in_time = not late.is_set() and code != -signal.SIGXCPU and cpu < self.limits.seconds - TICKS
         stalled = late.is_set() and cpu < self.limits.seconds and watch.own() < self.limits.wall_seconds / 2
         return Outcome(code, output, in_time, cpu, used.ru_maxrss / 1024, stalled)
@@ -184,7 +184,7 @@ def call_filter() -> Path:
             rules.add_rule(seccomp.ERRNO(errno.EPERM), call)
         rules.add_rule(seccomp.ERRNO(errno.EPERM), "clone",
                        seccomp.Arg(0, seccomp.MASKED_EQ, NEW_USER_NAMESPACE, NEW_USER_NAMESPACE))
-        for call, argument in (("kill", 1), ("tkill", 1), ("tgkill", 2)):  # who is stopped has been stopped from outside: see watch.py
+        for call, argument in (("kill", 1), ("tkill", 1), ("tgkill", 2)):  # so a stopped process was stopped from outside: see watch.py
             for number in (signal.SIGSTOP, signal.SIGTSTP, signal.SIGTTIN, signal.SIGTTOU):
                 rules.add_rule(seccomp.ERRNO(errno.EPERM), call, seccomp.Arg(argument, seccomp.MASKED_EQ, 0xFFFFFFFF, number))
         # No bytes that a program has made or brought become code.

@@ -28,7 +28,7 @@ from ..homework.regions import FILES, blanked, solution_text
 TOP = "chapter5"  # the folder that the archive unpacks to
 LEFT_OUT = (
     ".ci/", ".github/", "solutions/",
-    "slides/",  # their notes answer what is asked in class
+    "slides/",  # their notes answer the questions of the lectures
     "ch5_homework/GRADING", "ch5_homework/INSTRUCTORS",
     "ch5_backend/course/grading/", "tests/grading/", "ch5_homework/judge/remote/",
     "tests/homework/workers.cmake", "tests/homework/wire_test.cc", "tests/homework/judge_and_worker_test.py",

@@ -52,7 +52,7 @@ class Submission:
     resembling: dict = field(default_factory=dict)  # {name: another one, found in its place}
 
     def key(self) -> str:
-        """The same for the same content, whoever hands it in."""
+        """The same for the same content, independent of the student."""
         digest = hashlib.sha256()
         for name in sorted(self.files):
             digest.update(name.encode() + b"\0" + str(len(self.files[name])).encode() + b"\0" + self.files[name])
@@ -111,7 +111,7 @@ def collect(*paths: Path) -> Submission:
             raise CourseError(f"{path}: there is no such submission")
     submission = Submission(first.name if first.is_dir() or is_source(first) else first.stem)
     for path in paths:
-        if len(paths) == 1 or is_source(path) or path.name.lower().endswith(ARCHIVES):  # beside others, a report is none
+        if len(paths) == 1 or is_source(path) or path.name.lower().endswith(ARCHIVES):  # beside others, a report is not one
             collect_path(path, submission)
     for name in sorted(submission.resembling.keys() - submission.files.keys()):
         submission.blame(sentence("submission.resembling", file=name, found=short(submission.resembling[name])), True)
@@ -188,7 +188,7 @@ def handed_in(*paths: Path) -> str:
 
 
 def collect_file(path: Path, submission: Submission) -> None:
-    """A single file counts by its name, or by the name that its own begins with, such as "problem (2).cc", in Canvas behind
+    """A single file counts by its name, or by the beginning of its name, such as "problem (2).cc", with Canvas after
     student and numbers, "doejane_12345_678_problem-1.cc"."""
     given = path.name.lower()
     names = (given, re.sub(r"^\w+_\d+_\d+_", "", given), re.sub(r"^.*_assignsubmission_file_", "", given))
@@ -230,7 +230,7 @@ def in_zip(path: Path):
 def read_in_zip(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> bytes:
     if member.flag_bits & 1:
         raise CourseError(sentence("submission.encrypted"))
-    with archive.open(member) as file:  # reads no more than is asked for, however much it unpacks to
+    with archive.open(member) as file:  # reads no more than requested, however much it unpacks to
         return file.read(LARGEST + 1)
 
 

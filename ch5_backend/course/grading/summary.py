@@ -1,4 +1,4 @@
-"""The page of a class: how the points are spread, what goes wrong most, and who has what."""
+"""The page of a class: the distribution of points, the most frequent mistakes, and each student's marks."""
 
 import json
 import statistics
@@ -28,7 +28,7 @@ SORT = Markup("<script>") + Markup((Path(__file__).parent / "sort.js").read_text
 
 
 def write(out: Path, records: list, points: dict, book, marks: list, looked_at: list, say: Speaker) -> None:
-    """summary.html, and unnamed.csv; `book` and `marks` are of a class, None and [] where none was named. `looked_at` stands first: who has no mark,
+    """summary.html, and unnamed.csv; `book` and `marks` are of a class, None and [] where none was named. `looked_at` comes first: who has no mark,
     and why."""
     graded = [record for record in records if record["status"] == "graded"]
     counted = [mark.record for mark in marks if mark.record and mark.record["status"] == "graded"] if book else graded

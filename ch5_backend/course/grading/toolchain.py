@@ -23,7 +23,7 @@ from .sandbox import MIB, Limits, Sandbox
 COMPILING = Limits(seconds=30, wall_seconds=120.0, memory=3072 * MIB, processes=16, file_size=128 * MIB)
 COMPILERS_SECONDS = 60.0  # of the processor, for all compilations of a submission; the solutions need twelve
 COMPILERS_WALL = 120.0
-# In a process of its own, so that the driver survives a crash of the compiler and tells of it.
+# In a separate process, so that the driver survives a crash of the compiler and reports it.
 MAKES, MADE = (("-S", "-emit-llvm", "-fno-integrated-cc1"), ("-E",)), ("/out/made.ll", "/out/made.ii")
 LONGEST_LINE = 2000  # of the compiler's words: patterns take the square of it
 # The compiler's or the linker's own words about the file that it was given.
@@ -37,8 +37,8 @@ class Infrastructure(Exception):
 
 @dataclass
 class Clock:
-    """What is left of the time of a submission [s]: for its checks, of its own; for its compilers, of the processor and of the
-    wall's. Only a wall's that has run out is nobody's fault but the machine's."""
+    """The time that a submission has left [s]: its checks' processor time; its compilers' processor time and wall time.
+    If only wall time has run out, the machine is to blame."""
     left: float = 240.0  # its checks need 193 where a loop in each stage does not end
     compiler: float = COMPILERS_SECONDS
     wall: float = COMPILERS_WALL
@@ -158,7 +158,7 @@ class Toolchain:
                 self._usual = provenance.usual_code((Path(folder) / "out" / Path(MADE[number]).name).read_text(encoding="utf-8", errors="replace"))
         if word := provenance.foreign_code(code, number == 0, self._usual or frozenset()):
             return because("compiler.machine_code", word=word)
-        given = out.with_name("submission")  # where there is no sandbox, in which it has a name of its own
+        given = out.with_name("submission")  # without a sandbox, in which it has another name
         own = tuple(f"{path}{end}" for path, end in ((self.include, "/"), (self.header, ""), (given, "/"), (given.resolve(), "/")))
         if other := provenance.foreign_file((out / "rule").read_text(encoding="utf-8", errors="replace"), own):
             return because("compiler.foreign_file", file={"quoted": other[:200]})

@@ -29,7 +29,7 @@ class Group:
 
 
 def is_unnamed(row: dict) -> bool:
-    """Whether a stage is wrong, and of its cause at most something true of many mistakes is told."""
+    """Whether a stage is wrong, and its cause is unknown or true of many mistakes."""
     cause = cause_of(row["diagnosis"])
     return row["state"] == "wrong" and (not cause or cause.startswith("matrix.") or cause in SYMPTOMS)
 
@@ -50,7 +50,7 @@ def groups_of(records: list, say: Speaker) -> list:
 
 
 def told(group: Group, say: Speaker) -> list:
-    """What stands in a group's row, but for its size and the excerpt."""
+    """A group's row without its size and the excerpt."""
     answer = group.answer
     place = say("grade.list").join(say.text(name) for _, name in answer.get("places", ()))
     return [group.row["id"], say.text(answer["check"]), place, *(say.text(answer.get(key, "")) for key in ("expected", "got")),
@@ -81,8 +81,8 @@ def write(out: Path, groups: list, say: Speaker) -> None:
 
 
 def excerpt(stage: dict, content: bytes, todo: str) -> str:
-    """What a student has written in this blank, or in all of the stage where it is none of theirs: without comments, in which a
-    name may stand."""
+    """What a student has written in this blank, or in all of the stage if the blank is not known: without comments, which may
+    contain a name."""
     text = content.decode("utf-8", "replace")
     if text.count("\n") > MOST_LINES:
         return ""

@@ -22,7 +22,7 @@ class Watch:
     """own(a, b) are the seconds of the program's own time in [a, b], counted from the beginning."""
 
     def __init__(self, mark: str):
-        """`mark` stands in the command line of the program and of no other."""
+        """`mark` is in the command line of this program and of no other."""
         self.mark = mark.encode()
         self.begin, self.times, self.owns = time.monotonic(), [0.0], [0.0]
         self.ticks = 0
@@ -39,7 +39,7 @@ class Watch:
         self.end = time.monotonic() - self.begin
 
     def own(self, first: float = 0.0, last: float = None) -> float:
-        """Between and behind the looks as between the last two; a program that nobody has seen has slept."""
+        """Between and behind the looks as between the last two; a program that was never seen has slept."""
         return self._until(self.end if last is None else last) - self._until(first)
 
     @property

@@ -1,7 +1,7 @@
 """Names a wrong answer by what is known of answers: ch5_homework/mistakes/answers.csv has what each mistake there gives.
 
 An answer is known by its check and its fingerprint (ch5_homework/judge/fingerprint.h), with the judge's usual random numbers.
-Its name is the cause that is told in place of what the judge itself sees in it, and the TODO in which the mistake stands.
+Its name is the cause that is shown instead of the judge's own diagnosis, and the TODO that has the mistake.
 """
 
 import csv
@@ -21,7 +21,7 @@ ANSWER = ("stage", "check", "expected", "got", "places", "fingerprint")  # of a 
 class Row(NamedTuple):
     mistake: str       # its name
     code: str          # a hash of the submission that has given this answer
-    todo: str          # "1.2b", or "1.2d 1.2b" of both depths; "" if it is none in particular
+    todo: str          # "1.2b", or "1.2d 1.2b" of both depths; "" if it is no particular one
     cause: dict
     stage: str
     check: object      # as said, see base/language
@@ -92,7 +92,7 @@ def by_check(rows: list) -> dict:
 
 
 def ambiguous(rows: list) -> list:
-    """Pairs of mistakes with one answer and two causes: of such an answer none of them is told."""
+    """Pairs of mistakes with one answer and two causes: neither is named for such an answer."""
     return [(one.mistake, other.mistake) for alike in by_check(rows).values() for k, one in enumerate(alike) for other in alike[:k]
             if one.cause != other.cause and near(one.fingerprint, other.fingerprint)]
 
@@ -121,7 +121,7 @@ def name_of(answer: dict) -> dict:
 
 def named(diagnosis: dict, usual: dict) -> dict:
     """The diagnosis under the name of the mistake that gives the answer of `usual`, the diagnosis with the usual random numbers.
-    It keeps the answer, and what the judge itself has said, so that it can be named anew."""
+    It keeps the answer, and the judge's own diagnosis, so that it can be named again."""
     if "fingerprint" not in usual:
         return diagnosis
     answer = {} if usual is diagnosis else {"usual": {key: usual[key] for key in ANSWER if key in usual}}

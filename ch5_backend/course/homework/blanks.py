@@ -1,4 +1,4 @@
-"""The blanks of a student's file, as text: what stands in them, and what does not."""
+"""The blanks of a student's file, as text: whether they are filled, and with what."""
 
 import re
 from pathlib import Path
@@ -22,20 +22,20 @@ def content_of(path: Path):
 
 
 def asks_deep(content: bytes) -> bool:
-    """Whether a file is at the second depth: its first line says so, or a task that only the second depth has still stands there."""
+    """Whether a file is at the second depth: its first line says so, or it still contains a task that only the second depth has."""
     return DEEP.strip().encode() in content or any(
         f"home work {todo}.".encode() in content for stage in STAGES for todo in stage.get("deep", []))
 
 
 def keeps_throw(content: bytes, todo: str) -> bool:
-    """Whether code stands in this blank, and below it still the throw that says it is empty."""
+    """Whether this blank has code, and below it still the throw that says it is empty."""
     _, task, rest = content.decode("utf-8", "replace").partition(f"TODO:: home work {todo}.")
     blank, throw, _ = rest.partition(f'throw HomeworkMissing("{todo} ')
     return bool(task and throw) and any(line.strip() and not line.strip().startswith("//") for line in blank.splitlines()[1:])
 
 
 def is_empty(todo: str, content: bytes) -> bool:
-    """Whether the throw that says so still stands in this blank."""
+    """Whether this blank still has the throw that says it is empty."""
     return f'throw HomeworkMissing("{todo} '.encode() in content
 
 
@@ -75,8 +75,8 @@ def own_todo(todos: str, content: bytes) -> str:
 
 
 def explain(verdict: Verdict, stage: dict, content) -> Verdict:
-    """The TODO is one of this file's; a stage of which a blank is filled has been begun; a throw below a student's lines is told
-    apart from an empty blank; and a crash in lines that the student did not write is told as what it is: a blank left empty."""
+    """The TODO is one of this file's; a stage of which a blank is filled has been begun; a throw below a student's lines is
+    distinguished from an empty blank; and a crash in lines that the student did not write is explained: a blank left empty."""
     content, told = content or b"", dict(verdict.diagnosis)
     if " " in told.get("todo", ""):
         told["todo"] = own_todo(told["todo"], content)

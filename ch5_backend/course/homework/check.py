@@ -55,7 +55,7 @@ def run_status(as_json: bool, language: str) -> int:
 
 
 def points(open_stages: list, say: Speaker) -> str:
-    """What the stages that are right are worth; a stage that is not may have earned some, too."""
+    """The points of the right stages; a stage that is not right may have earned some, too."""
     worth = {stage: sum(checks.values()) for stage, checks in
              json.loads((ROOT / "ch5_homework" / "rubric.json").read_text(encoding="utf-8"))["stages"].items()}
     earned = sum(points for stage, points in worth.items() if stage not in open_stages)
@@ -69,7 +69,7 @@ def held_back(stages: list, verdicts: list, counts: bool = True) -> list:
 
 
 def select(asked: list) -> list:
-    """The rows of the table that are asked for; "1" means 1.1 and 1.2, and a stage's sections, TODOs and file mean it too."""
+    """The requested rows of the table; "1" means 1.1 and 1.2, and a stage's sections, TODOs and file mean it too."""
     def means(name: str, stage: dict) -> bool:
         return covers(name.upper(), stage) or name.lower() in todos_of(stage) or name == stage["file"]
     names = {plain(name): name for name in asked if name.lower() not in ("stage", "阶段")}  # "stage 3" may be two words
@@ -127,7 +127,7 @@ def report(stages: list, verdicts: list, as_json: bool, tell_one, say: Speaker) 
 # ---- Compiling ------------------------------------------------------------------------------------------------------
 
 def folder() -> Path:
-    """The student's files. The end-to-end test has a folder and executables of its own, the latter told by a prefix."""
+    """The student's files. The end-to-end test has a folder and executables of its own, the latter marked by a prefix."""
     return Path(os.environ.get("CH5_CHECK_FOLDER") or HOMEWORK)
 
 

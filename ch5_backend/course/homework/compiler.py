@@ -30,7 +30,7 @@ TWICE = r"(?:multiple definition of [`'‘]|duplicate symbol: )(?:ch5::)?([\w:~]
 
 
 def shown(path: Path) -> str:
-    """A path as a reader finds it: from the project's folder, else from where the reader stands, else whole."""
+    """A path as a reader finds it: from the project's folder, else from the current folder, else whole."""
     for folder in (ROOT, Path.cwd()):
         if path.is_relative_to(folder):
             return str(path.relative_to(folder))

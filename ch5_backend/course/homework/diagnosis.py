@@ -1,4 +1,4 @@
-"""Why a stage has failed, as data, and how it is told.
+"""Why a stage has failed, as data, and in words.
 
 A diagnosis is a dict: its "cause" is something said (see base/language). That of a test has more, as
 ch5_homework/judge/diagnosis.h writes it: "stage", "check", "expected", "got", "places" and "todo".
@@ -73,7 +73,7 @@ def told(diagnosis: dict, say: Speaker) -> str:
 
 
 def in_full(diagnosis: dict, output: str, say: Speaker) -> str:
-    """All that a verdict says; above a compiler's own words stands what they mean."""
+    """The whole verdict; above the compiler's own words, what they mean."""
     if "check" in diagnosis:
         return told(diagnosis, say)
     short = in_short(diagnosis, say)

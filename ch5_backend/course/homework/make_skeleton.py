@@ -102,7 +102,7 @@ def set_aside(path: Path) -> Path:
 
 
 def reset(files: list, language: str) -> int:
-    """Begins these files anew, each at the depth that it has; what stood in them is kept beside them. Raises CourseError(2) for
+    """Restores the skeleton of these files, each at its depth; the old versions are kept beside them. Raises CourseError(2) for
     what is no homework."""
     names, say = list(dict.fromkeys(Path(file).name for file in files)), speaker(language)
     if not names or not set(names) <= set(FILES):

@@ -1,7 +1,7 @@
 """What students read, by id and in their language: sentences are made here, where they are printed, and nowhere before.
 
-en.json and zh.json hold {topic: {name: sentence}}; a sentence's id is topic.name, and {words} in braces stand for what
-varies. Until it is printed, what is said is data: {"id": id, word: value, …}, a plain string that is the same in every
+en.json and zh.json hold {topic: {name: sentence}}; a sentence's id is topic.name, and {words} in braces are placeholders.
+Until it is printed, a message is data: {"id": id, word: value, …}, a plain string that is the same in every
 language, or {"quoted": words} of a compiler, the library or the skeleton, which zh.json's topic "quoted" translates by their English.
 """
 
@@ -35,7 +35,7 @@ def speaker(language: str) -> "Speaker":
 
 
 def store(language: str) -> dict:
-    """The sentences of a language; the students' archive has them packed, lest a search finds causes before a check does."""
+    """The sentences of a language; the students' archive has them packed, so that a search does not find causes before a check does."""
     path = Path(__file__).parent / f"{language}.json"
     if path.exists():
         return json.loads(path.read_text(encoding="utf-8"))
@@ -58,7 +58,7 @@ def fold(text: str, columns: int) -> str:
 
 
 def fold_line(line: str, columns: int) -> str:
-    head = re.match(r"\s*(?:\S+\s{2,})?", line)[0]  # what stands before a sentence, such as a label
+    head = re.match(r"\s*(?:\S+\s{2,})?", line)[0]  # the part before a sentence, such as a label
     if width(line) <= columns or "  " in line[len(head):] or width(head) > columns // 2:
         return line
     lines, room = [head], columns
@@ -78,7 +78,7 @@ class Speaker:
         topics = store(language)
         quoted = topics.pop("quoted", {})
         self.sentences = {f"{topic}.{name}": text for topic, texts in topics.items() for name, text in texts.items()}
-        # What has more words of its own fits better.
+        # A template with more fixed words fits better.
         self.quoted = [(pattern_of(words), quoted[words])
                        for words in sorted(quoted, key=lambda words: len(PLACEHOLDER.sub("", words)), reverse=True)]
 
@@ -109,7 +109,7 @@ class Speaker:
 
 
 def pattern_of(template: str) -> re.Pattern:
-    """What a template fits, with a group for each of its placeholders; a single letter stands for a number."""
+    """What a template fits, with a group for each of its placeholders; a single letter means a number."""
     pieces = PLACEHOLDER.split(template)  # text, name, text, …
     groups = [f"(?P<{name}>{NUMBER if len(name) == 1 else '.*?'})" for name in pieces[1::2]]
     return re.compile("".join(re.escape(text) + group for text, group in zip(pieces[::2], groups + [""])), re.DOTALL)
