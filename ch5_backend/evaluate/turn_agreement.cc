@@ -9,7 +9,7 @@
 namespace ch5 {
 namespace {
 
-// Of a pair of images: a turn must stand out from the noise of its rays [s].
+// For a pair of images: a rotation must exceed the noise of its rays [s].
 constexpr double kLeastBetween = 0.12, kMostBetween = 0.3;
 constexpr double kStep = 0.01;
 constexpr int kSteps = 100;  // a second
@@ -113,7 +113,7 @@ struct Correlation {
   double ratio = 0.0;  // of the variances: the images' over the gyroscope's
 };
 
-// Of the rates about their means, which hold the gyroscope's bias.
+// Of the rates minus their means, which contain the gyroscope's bias.
 Correlation Correlate(const std::vector<Turn>& turns, const std::vector<ImuMeasurement>& imu, const Mat33& R_B_C,
                       double delay) {
   constexpr size_t kFewest = 50;
@@ -192,7 +192,7 @@ std::optional<double> ClearDelay(const TurnAgreement& turns) {
   // 40 to 90 ms, with a gain of up to 1.07.
   constexpr double kGain = 0.05, kDelayOfGain = 0.04,
                    kMostGain = 0.5;  // two turns farther apart have nothing in common
-  // Of a hundred places, the best one is not yet a good one.
+  // The best of a hundred places need not be a good one.
   constexpr double kFar = 0.2, kGood = 0.6;
   const double delay = std::abs(turns.delay), gain = LeftVariance(turns.as_given) / LeftVariance(turns.at_delay) - 1.0;
   if (delay < kLeast || delay > kMost ||

@@ -29,7 +29,8 @@ std::optional<TurnAgreement> CompareTurns(const Recording& recording);
 /// What a correlation leaves of the variance.
 inline double LeftVariance(double correlation) { return 1.0 - correlation * correlation; }
 
-/// Whether the images turn otherwise than the gyroscope. Images that hardly tell a turn from a shift do not show it.
+/// Whether the images' rotation disagrees with the gyroscope's. Images that hardly distinguish rotation from translation
+/// do not show it.
 bool TurnOtherwise(const TurnAgreement& turns);
 
 /// The delay of the camera's clock, if it stands out from the noise of the images' turns [s].

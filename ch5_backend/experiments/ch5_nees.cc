@@ -22,7 +22,7 @@ constexpr char kUsage[] =
     "with outliers instead, and writes DIR/csv/host_noise.csv.\n";
 
 // A row a policy and way to take hosts. Whole tracks, of which a noisy host makes one error, carry no loss (see
-// types/visual/edge_track.h), so the losses of the single residuals are left out too, lest two things change at once.
+// types/visual/edge_track.h), so the losses of the single residuals are left out too, so that only one thing changes.
 void AppendHosts(const std::string& name, const ch5::Recording& recording, ch5::CsvTable* table) {
   struct Way {
     const char* hosts;

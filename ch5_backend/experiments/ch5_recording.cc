@@ -20,14 +20,15 @@ constexpr char kUsage[] =
     "       [--max-features N] [--first-estimates none|prior|full] [--estimate-extrinsic] [--estimate-time-offset] "
     "[--mono]\n"
     "Follows the camera and IMU recorded in FOLDER (calibration.yaml, imu.csv, tracks.csv and, to compare with,\n"
-    "groundtruth.csv; ch5_backend/GUIDE.md has their format) with both window policies, and writes into DIR: "
+    "groundtruth.csv; ch5_backend/GUIDE.md has their format) with both window policies, and writes to DIR: "
     "trajectories in TUM's and EuRoC's format, and\n"
-    "tables in DIR/csv, which figures/recording.py draws. What follows a restart is a segment with files of its own,\n"
-    "POLICY_1.tum and so on, and is compared with the truth by itself.\n"
+    "tables in DIR/csv, which figures/recording.py draws. After a restart a new segment begins, with its own files,\n"
+    "POLICY_1.tum and so on, which is compared with the truth separately.\n"
     "A second camera, camera1 of calibration.yaml, is followed too; --mono leaves it out.\n"
     "--batch also solves the longest segment at once. --window is VINS's frames or OKVIS's keyframes. The other "
     "settings\n"
-    "may stand in calibration.yaml too, as `max_features: 60` under `estimator:`; the command line prevails.\n";
+    "can also be set in calibration.yaml, as `max_features: 60` under `estimator:`; the command line takes "
+    "precedence.\n";
 
 struct Command {
   std::string folder, out;

@@ -23,7 +23,7 @@ std::string PlainName(std::string_view cell) {
   return name;
 }
 
-// Some programs write semicolons, where a comma stands in numbers, or tabs.
+// Some programs write semicolons, because numbers contain a comma, or tabs.
 char SeparatorOf(std::string_view header) {
   const size_t first = header.find_first_of(",;\t");
   return first == std::string_view::npos ? ',' : header[first];

@@ -1,6 +1,6 @@
 #pragma once
 /// A table of numbers between commas, semicolons or tabs, strictly checked: every error names the file, the line and the value.
-/// Its columns are found by the names in the first line, in whatever order they stand.
+/// Its columns are found by the names in the first line, in any order.
 ///
 /// Publishers' names differ in '#', in units and in frames: "#timestamp [ns]", "timestamp", "w_RS_S_x [rad s^-1]",
 /// "w_x" …; here they are called "timestamp", "w_x", "b_a_z", without units and capital letters.

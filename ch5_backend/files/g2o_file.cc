@@ -31,7 +31,7 @@ bool IsTag(std::string_view word) {
   return is_letter(word[0]);
 }
 
-// The quaternion whose numbers stand in the file where those of q were read, if w is the first of them.
+// The quaternion that the file contains if w comes first in it, though q was read as x y z w.
 Qd WithScalarFirst(const Qd& q) { return {q.x(), q.y(), q.z(), q.w()}; }
 
 class Reader {
@@ -147,7 +147,7 @@ class Reader {
     }
   }
 
-  // Numbers that stand as w x y z are read as other rotations, small ones as half turns, and lead to a wrong optimum. The
+  // Numbers written as w x y z are read as other rotations, small ones as half turns, and lead to a wrong optimum. The
   // poses may be a bad guess, or the edges large turns: so whichever agree better tell.
   void CheckOrderOfQuaternions() const {
     constexpr size_t kLeastEdges = 10;

@@ -22,7 +22,7 @@ namespace ch5 {
 struct G2oFile {
   /// What a line holds.
   enum class Kind { kVertex, kEdge, kOther };
-  /// What stood in a line of the file.
+  /// A line of the file.
   struct Line {
     Kind kind;
     int index;         ///< id of the vertex or edge in the graph
@@ -36,7 +36,7 @@ struct G2oFile {
   std::vector<Line> unknown;  ///< those of `lines` that were not understood
   bool has_poses = true;      ///< false if the file holds edges only: all poses are then at the origin, in order of id
   int projected = 0;          ///< edges whose W was replaced, see G2oOptions
-  int repeated = 0;           ///< edges that stand twice, with the same numbers: they count twice
+  int repeated = 0;           ///< edges that occur twice, with the same numbers: they count twice
   int first_repeated = 0;     ///< the line of the first of them
 };
 

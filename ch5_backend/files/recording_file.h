@@ -19,7 +19,7 @@
 namespace ch5 {
 
 /// Reads a folder; time 0 is the first IMU measurement.
-/// @throws FileError "file:line: what is wrong, got value" for a missing file or column, a number that is none or not
+/// @throws FileError "file:line: what is wrong, got value" for a missing file or column, a number that cannot be read or is not
 ///         finite, a timestamp that is repeated, goes backwards or is more than ten days from the first IMU measurement, a
 ///         track twice in an image, a point of a camera that has no calibration, a quaternion that is not of length 1, an unknown or missing key of the calibration,
 ///         fewer than two IMU measurements, no image, a table that ends within a line, or a truth whose quaternions agree with
@@ -33,7 +33,7 @@ bool IsTum(const std::string& path);
 std::vector<StampedState> ReadTum(const std::string& path, int64_t origin_ns);
 
 /// What a table of poses lacks: velocities become differences of the positions.
-/// @throws FileError where csv stands if there is no pose
+/// @throws FileError at the csv's position if there is no pose
 void CompleteTruth(const CsvReader& csv, bool has_velocity, std::vector<StampedState>* truth);
 
 /// @param path  the file that recording.truth was read from
@@ -46,7 +46,7 @@ Calibration ReadCalibration(const std::filesystem::path& file);
 /// A word of calibration.yaml that is not the calibration's.
 struct EstimatorWord {
   std::string name, word;
-  std::string where;  ///< where it stands, for messages
+  std::string where;  ///< its file and line, for messages
 };
 using EstimatorWords = std::vector<EstimatorWord>;
 /// What calibration.yaml says besides the calibration.

@@ -93,7 +93,7 @@ void ReadTruth(const std::string& path, Recording* recording) {
 }
 
 // How well the truth's rotations agree with the gyroscope's, as a correlation of the angles between rows 0.1 s apart: 1 if
-// they do, and hardly more than 0 if the quaternions' parts stand in another order.
+// they do, and hardly more than 0 if the quaternions' parts are in another order.
 // @param reorder  the quaternion that a row's four numbers are taken for
 template <typename Reorder>
 double AgreementWithGyroscope(const Recording& recording, const Reorder& reorder) {
@@ -154,7 +154,7 @@ void CheckUp(const std::string& path, const Recording& recording) {
 
 constexpr double kTiny = 1e-12, kLarge = 1e6;
 
-// Of the estimator's section, or of a camera that is not one of the two (camera2, cam1, …): not the calibration's.
+// Keys of the estimator's section, or of a camera that is not one of the two (camera2, cam1, …), not of the calibration.
 bool IsExtra(const std::string& key) {
   if (key.rfind("camera1.", 0) == 0) return false;
   const size_t digit = key.rfind("camera", 0) == 0 ? 6 : 3;

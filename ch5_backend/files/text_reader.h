@@ -27,7 +27,7 @@ class FileError : public std::runtime_error {
 class TextReader {
  public:
   /// Reads the whole file into memory.
-  /// @throws FileError if it cannot be opened or read, or is no regular file: a pipe that nobody writes into would
+  /// @throws FileError if it cannot be opened or read, or is no regular file: a pipe without a writer would
   ///         never end
   explicit TextReader(const std::string& path);
 

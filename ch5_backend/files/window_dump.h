@@ -68,7 +68,7 @@ struct WindowDump {
   std::vector<int> fixed_frames;  ///< whose poses are constants
 };
 
-/// @throws FileError "file:line: record: what is wrong, got value" for a number that is none, a name that is unknown,
+/// @throws FileError "file:line: record: what is wrong, got value" for a number that cannot be read, an unknown name,
 ///         an index out of range, a quaternion that is not of length 1, two blocks of a prior for the same state, a
 ///         prior on speed and biases without an IMU, a time that does not fit into 64 bits of nanoseconds, or a file
 ///         that is shorter or longer than it says

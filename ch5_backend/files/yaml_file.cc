@@ -60,7 +60,7 @@ std::vector<std::string_view> PartsOfMap(std::string_view map) {
   return parts;
 }
 
-// A line's key and what stands behind it, which may go on in the next lines.
+// A line's key and the text after it, which may continue on the next lines.
 struct Entry {
   std::string key, text;
   int line;
@@ -90,7 +90,7 @@ Entry SplitAtColon(const std::string& path, int line, std::string_view text) {
   return entry;
 }
 
-// All keys by their paths, those of sections too, whose text is empty.
+// All keys by their paths, also those of sections, whose text is empty.
 std::vector<Entry> ReadEntries(const std::string& path) {
   struct Section {
     size_t indent;  // of its key

@@ -16,11 +16,11 @@ namespace ch5 {
 class YamlFile {
  public:
   /// @param section  where keys are looked for before they are outside of all sections
-  /// @throws FileError if it cannot be read, a line is none of the above, or a key is given twice
+  /// @throws FileError if it cannot be read, a line is not one of the above, or a key is given twice
   explicit YamlFile(const std::string& path, const std::string& section = "");
 
   bool Has(const std::string& key) const { return Find(key) != nullptr; }
-  /// The text behind `key`, without quotes.  @throws FileError if there is none
+  /// The text after `key`, without quotes.  @throws FileError if there is none
   const std::string& Word(const std::string& key) const { return Get(key).text; }
   /// @throws FileError unless they are so many finite numbers, or up to `most`
   std::vector<double> Numbers(const std::string& key, size_t count, size_t most = 0) const;
@@ -28,13 +28,13 @@ class YamlFile {
   double Number(const std::string& key, double low, double high) const;
   double Positive(const std::string& key) const;
 
-  /// What stands behind a key.
+  /// The text after a key.
   struct Value {
     std::string text;               ///< without quotes
     int line;                       ///< of the key
     mutable bool is_asked = false;  ///< by one of the functions above
   };
-  /// All of them, for what nobody has asked for.
+  /// All of them, to find keys that were never read.
   const std::map<std::string, Value>& Values() const { return values_; }
   /// "file:line: key: message", the key being one that is there
   [[noreturn]] void Fail(const std::string& key, const std::string& message) const;

@@ -106,8 +106,8 @@ class Edge {
 
   int Id() const { return id_; }
 
-  /// Optimizations take the edges of one level only, 0 unless told otherwise: another level puts an edge aside, an
-  /// outlier for example, and it stays in the graph.
+  /// An optimization uses the edges of one level only, 0 by default. Edges of another level are ignored, for example
+  /// outliers, but stay in the graph.
   int Level() const { return level_; }
   /// @throws std::invalid_argument if `level` is negative
   void SetLevel(int level);
@@ -129,7 +129,7 @@ class Edge {
     information_ = information;
     NoteInformation();
   }
-  /// To be called when W has been changed in its memory.
+  /// Call this after writing to W directly.
   void NoteInformation();
 
   /// Takes the Jacobians' memory and fills in jacobians_, when they are first asked for. An edge whose sizes are known at

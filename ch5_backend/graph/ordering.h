@@ -70,7 +70,7 @@ struct Ordering {
 /// a fixed vertex has no columns, and a vertex without edges would leave H with a zero row.
 Ordering MakeOrdering(const Graph& graph, const Selection& selection = {});
 
-/// @throws GraphError if a vertex or an edge of it has left the graph, or a vertex has been numbered anew
+/// @throws GraphError if a vertex or an edge of it has left the graph, or a vertex has been renumbered
 void CheckOrdering(const Ordering& ordering);
 
 /// x ← x ⊞ δ of all free vertices, which remember x; RollBack undoes the last Update to the bit.
@@ -79,7 +79,7 @@ void RollBack(const Ordering& ordering);
 /// ‖x‖ over the free vertices.
 double StateNorm(const Ordering& ordering);
 
-/// Of the first edge that is so, "TYPE ID has a residual or a Jacobian that is not finite"; empty if none is. Linearizes them.
+/// Linearizes the edges. @return "TYPE ID has a residual or a Jacobian that is not finite" for the first such edge, or ""
 std::string WhatIsNotFinite(const std::vector<std::shared_ptr<Edge>>& edges);
 
 /// The number of the free landmark of each edge, or −1 if it has none.

@@ -1,7 +1,7 @@
 #pragma once
 /// A start for a pose graph that no bad path spoils: chordal relaxation, two linear problems in place of one that is not.
 ///
-///   1. rotations   min Σ κ ‖R_j − R_i R_ij‖²_F   over matrices R_i of which nothing is asked, hence linear:
+///   1. rotations   min Σ κ ‖R_j − R_i R_ij‖²_F   over unconstrained matrices R_i, hence linear:
 ///                  one linear problem with three right-hand sides, the columns of R_iᵀ
 ///   2. projection  R_i = U diag(1, 1, det UVᵀ) Vᵀ of the singular values R_i = U S Vᵀ: the nearest rotation
 ///   3. positions   min Σ rᵀWr   for these rotations: the graph's own cost, in which positions are linear

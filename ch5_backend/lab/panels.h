@@ -1,5 +1,5 @@
 #pragma once
-/// The lab: questions of a student who plays, answered by the course's own code.
+/// The lab: a student's experiments, answered by the course's own code.
 ///
 ///   lab.html#panel=solve&weight=100  ──►  Answer("panel=solve&weight=100")  ──►  {"H": …, "trace": …}  ──►  drawn
 ///

@@ -1,5 +1,5 @@
 #pragma once
-/// What is set in the lab: "panel=solve&weight=100&frames=4", as it stands in the page's address behind the #.
+/// What is set in the lab: "panel=solve&weight=100&frames=4", as in the page's address after the #.
 
 #include <initializer_list>
 #include <map>
@@ -12,7 +12,7 @@ namespace ch5::lab {
 /// A setting that cannot be used, for a page to put in its own language.
 struct QueryFault {
   std::string setting, value;
-  std::string kind;    ///< what it must be: "number", "whole number", "one of", "list", or "setting" if it is none here
+  std::string kind;    ///< what it must be: "number", "whole number", "one of", "list"; "setting" if it is unknown here
   std::string limits;  ///< "0 to 5", or the words of "one of"
 
   std::string Sentence() const;
@@ -40,7 +40,7 @@ class Query {
   /// "2:0.5:-1,4:0:0.3": items of a whole number ≥ 0 and `reals` numbers from −20 to 20; none by default.
   std::vector<Item> Items(const std::string& name, size_t reals);
 
-  /// To be called when all has been read: a name that nobody asked for is a fault too. @return whether there is none
+  /// Call this after everything has been read: a name that was never read is a fault too. @return whether there is no fault
   bool IsGood();
   const std::optional<QueryFault>& Fault() const { return fault_; }
 

@@ -123,7 +123,7 @@ SceneSettings ReadScene(Query* query) {
 
 SceneGraph::SceneGraph(const SceneSettings& settings)
     : scene(MakeScene(settings)), ba(BuildMonoBa(scene, settings.gauge, settings.pixel_information, settings.weight)) {
-  // A residual's unit is 1/√W; the threshold is asked for in σ.
+  // A residual's unit is 1/√W; the threshold is given in σ.
   const double sigma = std::max(settings.scene.pixel_sigma, 1e-4);
   const auto loss = MakeLoss(settings.loss, settings.delta * sigma * std::sqrt(settings.pixel_information));
   for (const auto& edge : ba.graph.Edges()) {

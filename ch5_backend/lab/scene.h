@@ -21,7 +21,7 @@ struct Drags {
 
 struct SceneSettings {
   MonoBaOptions scene;
-  bool turns_in_place = false;  ///< all cameras stand at the origin: no parallax
+  bool turns_in_place = false;  ///< all cameras are at the origin: no parallax
   Drags drags;
   std::vector<Query::Item> without;  ///< landmark and frame of the observations that are left out
   Gauge gauge = Gauge::kPriorTwoFrames;

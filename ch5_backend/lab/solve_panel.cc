@@ -61,7 +61,7 @@ void AddMatrices(const SceneSettings& settings, SceneGraph* graph, Json* json) {
   if (S.size() > 0) json->Add("spectrum_S", Eigenvalues(S)).Add("null_S", NullDimension(S));
 }
 
-// How well the truth is met: as it stands, and once moved onto it by the similarity of three cameras or more.
+// The distance from the truth: as it is, and after alignment by a similarity of three cameras or more.
 void AddErrors(const SceneGraph& graph, Json* json) {
   const Reconstruction truth = TruthOf(graph.scene), estimate = EstimateOf(graph.scene, graph.ba);
   for (const Transform& T : estimate.frames) {

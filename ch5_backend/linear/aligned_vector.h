@@ -9,7 +9,7 @@
 
 namespace ch5 {
 
-/// Leaves a vector's new numbers unset where no value is given: memory is then touched first by who fills it.
+/// Leaves a vector's new numbers unset where no value is given: memory is then first touched by the thread that fills it.
 template <typename T>
 struct UnsetAllocator : Eigen::aligned_allocator<T> {
   template <typename U>

@@ -10,7 +10,7 @@ namespace {
 
 using Lists = std::vector<std::vector<int>>;
 
-// All neighbors of each block, on both sides of the diagonal, itself left out.
+// All neighbors of each block, on both sides of the diagonal, without itself.
 Lists Neighbors(const SymmetricBlockMatrix& A) {
   const auto for_each_pair = [&A](const auto& pair) {
     for (int j = 0; j < A.NumColumns(); ++j) {

@@ -10,7 +10,7 @@
 namespace ch5 {
 
 /// kAutomatic, in three steps: a power series for more than 400 poses that only landmarks connect, which near the minimum
-/// gives way to what follows if that is not too long (NormalEquations::SolveExactly); otherwise dense for up to 100
+/// is replaced by the next solver unless that is too slow (NormalEquations::SolveExactly); otherwise dense for up to 100
 /// unknowns, or where S has more than 70 % of its blocks; otherwise sparse, unless that takes more than half of the dense
 /// one's multiplications. (A window's speeds and biases are a chain: with them half of S is empty.)
 /// The last two types never form S, see sparse/steps/implicit_solver.h.

@@ -33,7 +33,7 @@ void SortVertices(const Edges& edges, const Vertices& drop, Vertices* kept, Vert
   }
 }
 
-// An edge that stood twice would count twice.
+// An edge listed twice would count twice.
 void CheckEdges(const Edges& edges) {
   if (edges.empty()) throw std::invalid_argument("Marginalize: no edges, so there is nothing to be known of the rest");
   std::vector<const Edge*> sorted;
@@ -41,7 +41,7 @@ void CheckEdges(const Edges& edges) {
     if (!edge) throw std::invalid_argument("Marginalize: an edge is null");
     sorted.push_back(edge.get());
   }
-  // Where ids ascend, as a graph lists its edges, none stands twice; those outside of a graph are all −1.
+  // Where ids ascend, as a graph lists its edges, none is listed twice; those outside of a graph are all −1.
   const auto not_ascending = [](const Edge* a, const Edge* b) { return a->Id() >= b->Id(); };
   if (std::adjacent_find(sorted.begin(), sorted.end(), not_ascending) == sorted.end()) return;
   std::sort(sorted.begin(), sorted.end());

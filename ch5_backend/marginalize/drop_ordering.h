@@ -13,7 +13,7 @@ struct DropOrdering {
   int kept_size = 0;  ///< with so many rows
 };
 
-/// @throws std::invalid_argument if there is no edge, one stands twice or is null, or a vertex to drop is null or at none of them
+/// @throws std::invalid_argument if there is no edge, one is listed twice or null, or a vertex to drop is null or at none of them
 void CheckMarginalization(const std::vector<std::shared_ptr<Edge>>& edges,
                           const std::vector<std::shared_ptr<Vertex>>& drop);
 

@@ -20,7 +20,7 @@ SquareRootForm FactorNormalEquations(const MatXX& H, const VecX& b, const Eigenv
 }
 
 SquareRootForm FactorNormalEquations(const MatXX& H, const VecX& b, const VecX& scale) {
-  constexpr int kPanel = 12;  // columns of Jᵀ before what remains of H is computed anew
+  constexpr int kPanel = 12;  // columns of Jᵀ before what remains of H is recomputed
   const int n = static_cast<int>(H.rows());
   const VecX p = ScalingOf(scale), p_inverse = p.cwiseInverse();
   VecX memory = VecX::Zero(2 * n * n + 2 * kernels::kOverread);

@@ -32,7 +32,7 @@ class MarginalizationInfo {
  public:
   static constexpr double kEps = 1e-8;  ///< eigenvalues up to it count as zero
 
-  /// A vertex and where it stands in A.
+  /// A vertex and its place in A.
   struct Block {
     std::shared_ptr<Vertex> vertex;
     VecX x0;  // its parameters in PreMarginalize

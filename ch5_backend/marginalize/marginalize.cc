@@ -46,7 +46,7 @@ void EliminateLandmarks(const Structure& s, Workspace* w) {
   FormSchurComplement(s, w->system, undamped, &groups, &w->pool, &w->eliminated);
 }
 
-// A number that is none reaches the diagonal or b; a pseudo-inverse would take it for a direction of which nothing is known.
+// NaN reaches the diagonal or b; without this check the pseudo-inverse would treat it as an unobserved direction.
 void CheckFinite(const std::vector<std::shared_ptr<Edge>>& edges, const Eliminated& eliminated) {
   if (eliminated.b_S.allFinite() && eliminated.S.Diagonal().allFinite()) return;
   const std::string what = WhatIsNotFinite(edges);

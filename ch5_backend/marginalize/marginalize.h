@@ -38,7 +38,7 @@ struct MarginalSystem {
 /// Linearizes the edges at the present states and eliminates `drop`. Fixed vertices have no columns. The edges do
 /// not change, the vertices' OrderingIds do (drop_ordering.h); the caller removes them and the dropped vertices from the graph.
 /// @param edges  at least one, each once;  @param drop  vertices of these edges; fixed ones are ignored
-/// @throws std::invalid_argument if there is no edge, one stands twice or is null, a vertex to drop is at none of them, or
+/// @throws std::invalid_argument if there is no edge, one is listed twice or null, a vertex to drop is at none of them, or
 ///         an edge connects two dropped landmarks
 MarginalSystem EliminateVertices(const std::vector<std::shared_ptr<Edge>>& edges,
                                  const std::vector<std::shared_ptr<Vertex>>& drop);
@@ -53,7 +53,7 @@ Prior Marginalize(const std::vector<std::shared_ptr<Edge>>& edges, const std::ve
 /// the same covariances as before. The prior's Jacobian stays that of these states: a neighbor that moves far from them
 /// is linearized elsewhere by its other edges, and the two together know more than was measured, of yaw above all. Where
 /// that matters, linearize the others at the prior's first estimates too (consistency/observability.h).
-/// Edges of other levels than 0 are put aside (Edge::Level): they leave too, but the prior knows nothing of them.
+/// Edges of other levels than 0 are ignored (Edge::Level): they leave too, but the prior contains nothing of them.
 /// Landmarks that stay are tied to one another by it, which a solver that eliminates landmarks refuses: drop them too.
 /// @return the prior, which is in the graph; null if no free vertex is a neighbor, so that nothing remains to be known
 /// @throws GraphError if a vertex is not in this graph, or an edge's numbers are not finite; std::invalid_argument as

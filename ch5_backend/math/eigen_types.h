@@ -1,7 +1,7 @@
 #pragma once
 /// The course's matrix names. Dynamic: VecX, MatXX; fixed: Vec3, Mat33, Mat66 …; quaternion Qd (x, y, z, w).
 ///
-/// And their alignment, which Eigen chooses by the instruction set of the file at hand unless told otherwise: a class with
+/// And their alignment, which Eigen chooses by the instruction set of the file at hand by default: a class with
 /// a quaternion would have one layout in the library and another in a program that is compiled with -mavx2, and memory that
 /// one allocates would be freed wrongly by the other. Here it is the same for every instruction set: 16 bytes for what has a
 /// fixed size, and on the heap the 64 bytes of the widest registers. Wider registers are used all the same; the processor

@@ -42,7 +42,7 @@ void ThreadPool::WaitFor(const Condition& is_met, int microseconds, std::conditi
   }
 }
 
-// A worker that comes late, as the processor is busy with something else, finds no task; nobody waits for it.
+// A worker that comes late, as the processor is busy with something else, finds no task, and no thread waits for it.
 void ThreadPool::RunOnAll(int tasks, Function function, const void* context) {
   const uint64_t loop = (ticket_ / kLoop + 1) * kLoop;
   ticket_ = loop + kNoTask;  // while the loop is described

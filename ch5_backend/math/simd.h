@@ -118,7 +118,7 @@ CH5_INLINE void Shuffle(const Lanes& a, const Lanes& b, Lanes* out) {
 #endif
 }
 
-/// Asks for numbers one page ahead of these: processors do not foresee across pages.
+/// Prefetches numbers one page ahead of these: hardware prefetching ends at a page.
 template <int Size>
 CH5_INLINE void PrefetchPageAhead(const double* x) {
   constexpr int kLine = 8, kPage = 512;

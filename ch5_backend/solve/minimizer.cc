@@ -132,7 +132,7 @@ class Run {
          "; is a gauge free, or a landmark seen too little?");
   }
 
-  // By how much the cost falls as each landmark is moved alone; no more of it once that is too little.
+  // How much the cost falls when each landmark is moved alone; 0 once that has become too little to be worth it.
   double RefineLandmarks() {
     constexpr double kLeast = 1e-3;  // of the cost
     if (!refines_) return 0.0;
@@ -171,7 +171,7 @@ class Run {
     if (!stopped_ && summary_.iterations < options_.max_iterations && decrease < kLittle * cost_) BecomesExact();
   }
 
-  // Far from the minimum inexact steps gain as much as exact ones, and sooner; near it they creep. The damping starts anew: how
+  // Far from the minimum inexact steps gain as much as exact ones, and sooner; near it they creep. The damping is reset: how
   // small it may be, inexact steps do not tell, since their directions are short where the scene hardly determines any.
   bool BecomesExact() {
     if (!may_be_inexact_) return false;

@@ -1,5 +1,5 @@
 #pragma once
-/// Parts of vertices held where they are: taken out of the normal equations once they stand.  Nocedal & Wright (2006), §15.3
+/// Parts of vertices held where they are: taken out of the normal equations once these are assembled.  Nocedal & Wright (2006), §15.3
 
 #include "ch5_backend/sparse/steps/linearize.h"
 

@@ -9,7 +9,7 @@ namespace ch5 {
 namespace {
 
 constexpr int kEdges = 256, kVertices = 512;  // a task's
-constexpr int kPrefetchDistance = 8;          // edges or vertices that are asked for ahead
+constexpr int kPrefetchDistance = 8;          // edges or vertices that are prefetched ahead
 
 // Then all blocks are where they were: an edge never changes its vertices.
 bool IsSame(const Ordering& a, const Ordering& b) {
@@ -61,7 +61,7 @@ void SparseSolver::PrepareImplicitSolver(ReducedSolverType type) {
   implicit_->Prepare(structure_, &pool_);
 }
 
-// A solver that is kept knows its last pattern, and need not plan anew for the same one.
+// A solver that is kept knows its last pattern, and need not plan again for the same one.
 void SparseSolver::PrepareReducedSolver(ReducedSolverType type, const std::vector<std::vector<int>>& S_pattern) {
   eliminated_.Resize(structure_, false);
   eliminated_.S.SetPattern(structure_.pose_dim, S_pattern);
@@ -76,7 +76,7 @@ bool SparseSolver::SolveExactly() {
   const std::vector<std::vector<int>> S_pattern = SchurPattern(structure_);
   if (!CanFactor(S_pattern)) return false;
   PrepareReducedSolver(ReducedSolverType::kAutomatic, S_pattern);
-  is_ordered_ = has_step_ = false;  // the next SetOrdering starts anew
+  is_ordered_ = has_step_ = false;  // the next SetOrdering starts from scratch
   return true;
 }
 

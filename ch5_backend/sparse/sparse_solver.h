@@ -49,7 +49,7 @@ class SparseSolver : public NormalEquations {
   /// Landmarks whose edges are not of a fast type (graph/fast_edge.h) stay where they are.
   double RefineLandmarks(int steps) override;
   double StateNorm() const override;
-  /// An automatic power series gives way to a Cholesky factorization of S, until the next SetOrdering; memory is taken for it.
+  /// The automatic choice switches from the power series to a Cholesky factorization of S until the next SetOrdering.
   bool SolveExactly() override;
   std::string WhatIsNotFinite() override { return ch5::WhatIsNotFinite(structure_.ordering.edges); }
 

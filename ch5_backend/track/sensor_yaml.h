@@ -1,6 +1,6 @@
 #pragma once
 /// What a YAML file says of a sensor: a `sensor.yaml` of EuRoC's layout, or one of Kalibr's, which has a section for each sensor
-/// and some keys of other names. Keys that nobody asks for are passed over: publishers add their own.
+/// and some keys of other names. Unknown keys are ignored: publishers add their own.
 
 #include "ch5_backend/files/yaml_file.h"
 #include "ch5_backend/math/so3.h"

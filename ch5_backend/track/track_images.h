@@ -15,7 +15,7 @@ struct TrackedRecording {
 };
 
 /// Reads and follows the images one by one, on one core, those of cam1 too if the calibration has camera1. After a gap of five
-/// images or more the tracks begin anew.
+/// images or more the tracks start afresh.
 /// @param progress  called with the fraction done, 0 … 1
 /// @throws FileError for an image that cannot be read, or is of another size than the calibration's
 TrackedRecording TrackImages(const EurocFolder& folder, const TrackerOptions& options = {},

@@ -69,7 +69,7 @@ inline double RoundToNanosecond(double t) { return SecondsAt(NanosecondsAt(t, 0)
 /// Why a camera's intrinsics cannot be pixels of its image; empty if they may be.
 std::string WhyNotInPixels(const Camera& camera);
 
-/// Why its IMU measurements cannot be in seconds and m/s², told from their rate and from gravity; empty if they may be.
+/// Why its IMU measurements cannot be in seconds and m/s², judging by their rate and by gravity; empty if they can be.
 std::string WhyNotInUnits(const std::vector<ImuMeasurement>& imu, const Calibration& calibration);
 
 /// What to say if no image, from the first at `first` to the last at `last` [s], lies within the IMU's time.

@@ -24,7 +24,7 @@ class VertexPose : public SizedVertex<7, 6> {
   Vec3 p() const { return x_.head<3>(); }
   Qd q() const { return Qd(x_[6], x_[3], x_[4], x_[5]); }
   Mat33 R() const { return q().toRotationMatrix(); }
-  /// As the constructor.
+  /// Like the constructor.
   void SetPose(const Qd& q, const Vec3& p);
   /// The same of [p, q_x, q_y, q_z, q_w]; what another pose gave stays as it is, to the bit.
   void SetEstimate(const Estimate& x);

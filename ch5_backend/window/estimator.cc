@@ -11,10 +11,10 @@
 namespace ch5 {
 namespace {
 
-// What RejectsImages takes for few landmarks, for many tracks, and for one that lasts.
+// RejectsImages: what counts as few landmarks, as many tracks, and as a track that lasts.
 constexpr int kFewLandmarks = 10, kPlentyOfTracks = 20, kLastingImages = 4;
 
-// Of a bias that cannot be one.
+// A hint for an implausible bias.
 std::string LikelyCause(Failure failure) {
   if (failure == Failure::kGyroscopeBias) return "are its rates in rad/s, along the axes to which T_B_C leads?";
   if (failure == Failure::kAccelerometerBias)
@@ -22,7 +22,7 @@ std::string LikelyCause(Failure failure) {
   return "";
 }
 
-// VINS-Mono's limits of a step are for images a tenth of a second apart at most: of a longer step that much is judged.
+// VINS-Mono's step limits assume at most 0.1 s between images; of a longer step only 0.1 s of motion is checked.
 Vec3 BeginOfStep(const Window& window, const Vec3& last_p) {
   constexpr double kLongest = 0.1;  // [s]
   const size_t n = window.frames.size();

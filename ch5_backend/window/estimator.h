@@ -11,8 +11,8 @@
 /// is aligned with the IMU). With a second camera (Calibration::camera1, Image::tracks1), whose place on the body is known,
 /// the dynamic one needs no motion: the first image has its scale already. The estimator restarts when its estimate can no
 /// longer be true, or when a gap in the measurements leaves nothing between two images. A restart begins a new *segment*: its
-/// poses are known relative to one another, and not to those before. It begins at the position and yaw that were estimated
-/// last, for want of better.
+/// poses are known relative to one another, and not to those before. It begins at the last estimated
+/// position and yaw, since nothing better is known.
 ///
 /// This folder, `window/`, holds the sliding-window estimators. In: IMU measurements and feature tracks. Out: a state per
 /// image. Reading order: window.h (the values), this file, estimator.cc (one image, step by step), policy.h (what VINS-Mono
@@ -35,7 +35,7 @@
 
 namespace ch5 {
 
-/// What the estimator is told of camera, IMU and their clocks.
+/// Parameters of camera, IMU and their clocks.
 struct EstimatorOptions {
   Calibration calibration;  ///< the one place for T_B_C, focal length, noise of the IMU, and gravity
   WindowWeights weights = {};
@@ -201,7 +201,7 @@ class Estimator {
   Vec3 last_p_ = Vec3::Zero();              // of the newest frame after the previous solve
   double scale_report_time_ = std::numeric_limits<double>::infinity();
   double last_time_with_landmarks_ = 0.0;  // or with too few lasting tracks, or too little motion, to expect any
-  // By id: in how many images in a row each track of the last one has been, since the start.
+  // For each track id of the last image: in how many consecutive images it has been, since the start.
   std::vector<std::pair<int, int>> track_ages_;
 };
 

@@ -16,7 +16,7 @@ namespace {
 // Images from a standstill to the first solve, and images of a dynamic initialization.
 constexpr size_t kFramesToStart = 4, kFramesToStartMoving = 8;
 
-// Who sets off from a standstill, or changes speed or direction, has told the scale by then [s].
+// After a start from standstill, or a change of speed or direction, the scale is known by then [s].
 constexpr double kScaleReportDelay = 1.0;
 
 }  // namespace
@@ -88,7 +88,7 @@ std::optional<double> Estimator::PixelsSinceStandstill(const Image& image) const
 
 double Estimator::SecondsInWindow() const { return window_.frames.back().t - window_.frames.front().t; }
 
-// Long after a standstill its speed of about zero tells the scale only if the speed has become large beside what the IMU
+// Long after a standstill its speed of about zero determines the scale only if the speed has become large beside what the IMU
 // adds to its error, gravity being known as it was measured at rest.
 bool Estimator::KnowsScaleSinceStandstill() const {
   constexpr double kSoon = 1.5;  // [s]
@@ -132,9 +132,9 @@ bool Estimator::InitializeInMotion() {
   return true;
 }
 
-// All policies start from the same frames, a tenth of a second apart: a window long enough to tell gravity from acceleration,
+// All policies start from the same frames, a tenth of a second apart: a window long enough to distinguish gravity from acceleration,
 // which short tracks still cross. Where such windows do not start, as nothing accelerates for so long, longer ones are tried.
-// A frame at rest is kept until the images have moved: who drives off straight ahead offers no other start.
+// A frame at rest is kept until the images have moved: driving off straight ahead offers no other start.
 void Estimator::SlideBeforeStart(bool keeps_oldest) {
   constexpr double kMostSpacing = 0.4;
   const auto& frames = window_.frames;
@@ -148,7 +148,7 @@ void Estimator::SlideBeforeStart(bool keeps_oldest) {
   start_spacing_ = start_spacing_ < kMostSpacing ? 2.0 * start_spacing_ : kLeastSpacing;
 }
 
-// Of a window that is smaller than what a start needs, the newest frames go on, and the one of which gravity is known.
+// If the window is smaller than a start needs, the newest frames are kept, and the one in which gravity is known.
 void Estimator::BeginAt(double start_speed, bool knows_gravity) {
   const auto leaves = knows_gravity ? MarginalizationFlag::kSecondNew : MarginalizationFlag::kOld;
   while (window_.frames.size() > policy_->MostFrames() + 1) SlideWindow(leaves, &window_);

@@ -10,7 +10,7 @@ namespace ch5 {
 /// Area of the convex hull; 0 with fewer than three points.
 double HullArea(std::vector<Vec2> points);
 
-/// Of the points in the newer image, those that the older image saw too.
+/// The points of the newer image that the older image saw too.
 struct ImageOverlap {
   double hull_ratio = 0.0;   ///< area of their convex hull / that of all points
   double match_ratio = 0.0;  ///< their number / that of all points

@@ -292,7 +292,7 @@ bool HasError(const WindowLandmark& landmark) {
   return landmark.inverse_depth && landmark.seen.size() >= 2 && !HasFailed(landmark);
 }
 
-// Of those that have one, in the order of the window's landmarks.
+// For landmarks that have one, in the order of the window's landmarks.
 std::vector<Errors> ErrorsOfLandmarks(const Views& views, const Window& window) {
   std::vector<Errors> errors;
   errors.reserve(window.landmarks.size());

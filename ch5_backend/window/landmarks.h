@@ -11,7 +11,7 @@ namespace ch5 {
 constexpr double kInitialDepth = 5.0;
 constexpr double kLeastDepth = 0.1;
 
-/// Depth in the host's camera from all its observations, with those of camera 1 where it tells depths: the smallest
+/// Depth in the host's camera from all its observations, with those of camera 1 where it determines depths: the smallest
 /// singular vector of the rays' equations.
 /// @return meters; kInitialDepth if less than kLeastDepth comes out, or nothing finite
 double TriangulateDepth(const Window& window, const WindowLandmark& landmark);

@@ -1,5 +1,5 @@
 #pragma once
-/// An estimator that runs beside the program: measurements come from any threads, and nobody waits for a solve.
+/// An estimator that runs beside the program: measurements come from any threads, none of which waits for a solve.
 ///
 ///   driver of the IMU ── AddImu ───►┐                                 ┌─► callback, once an image
 ///                                   ├─► in order of time ─► Estimator ┤

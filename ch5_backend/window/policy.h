@@ -16,7 +16,7 @@ class WindowPolicy {
   virtual ~WindowPolicy() = default;
   virtual std::string Name() const = 0;
 
-  /// Called when a new frame stands at the end of the window, before the solve.
+  /// Called when a new frame is at the end of the window, before the solve.
   virtual void NoteNewFrame(Window* window) = 0;
   /// Whether a landmark with a depth takes part in the solve.
   virtual bool Uses(const Window& window, const WindowLandmark& landmark) const = 0;
@@ -37,7 +37,7 @@ struct VinsOptions {
   int least_tracked = 20;         ///< fewer landmarks followed into the newest image make a keyframe
   double parallax_pixels = 10.0;  ///< more between the second and third newest frame makes a keyframe [px]
   /// So does a longer time between the third newest and the newest [s]: VINS-Mono leaves out the IMU between frames more
-  /// than 10 s apart (WindowWeights::max_imu_seconds), and after a rest as long nothing held speed and biases.
+  /// than 10 s apart (WindowWeights::max_imu_seconds), and after such a pause nothing constrains velocity and biases.
   double keyframe_seconds = 5.0;
   double slow_seconds = 0.3;  ///< between images: from then on landmarks of all hosts are used, not only of older ones
   int max_iterations = 8;

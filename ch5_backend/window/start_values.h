@@ -11,7 +11,7 @@ namespace ch5 {
 /// Sets extrinsics and time offset to what the options give, fixed unless they are to be estimated.
 void SetCalibration(const EstimatorOptions& options, Window* window);
 
-/// Of the specific force at rest: a body that rests sways and trembles [m/s²].
+/// Allowed change of the specific force at rest: a resting body sways and trembles [m/s²].
 constexpr double kForceAtRestSigma = 0.05;
 
 /// One prior of speed and biases of the oldest frame at its present state, and of the estimated part of the calibration.

@@ -8,7 +8,7 @@
 namespace ch5 {
 
 /// Covariance of a state, and of the calibration as far as it is estimated. Position and yaw are measured by nothing, so
-/// their part needs to be told against what it holds.
+/// their part needs to be compared with what it holds.
 struct StateCovariance {
   enum class Reference {
     kWorld,       ///< the prior of the window contains position and yaw in W

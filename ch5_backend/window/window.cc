@@ -168,7 +168,7 @@ class GraphBuilder {
     static_cast<EdgeType*>(kept->get())->SetPoints(host, target);
   }
 
-  // Of an observation, or of what camera 1 sees.
+  // For an observation, or for one of camera 1.
   template <typename Seen>
   static MovingPoint PointAt(const Seen& seen, const Frame& frame) {
     return {seen.x, seen.velocity, frame.clock_offset};

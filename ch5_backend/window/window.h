@@ -111,7 +111,7 @@ struct Window {
   Transform T_B_C() const { return {extrinsic->q(), extrinsic->p()}; }
   /// Of camera 1, which must be there.
   Transform T_B_C1() const { return {extrinsic1->q(), extrinsic1->p()}; }
-  /// Whether camera 1 tells depths: it is there, and its place on the body is known, not estimated.
+  /// Whether camera 1 determines depths: it exists, and its pose on the body is known, not estimated.
   bool HasStereoDepth() const { return extrinsic1 && extrinsic1->IsFixed(); }
   /// The extrinsics: poses that are not expressed in W.
   std::vector<const Vertex*> LocalPoses() const;

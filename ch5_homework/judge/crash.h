@@ -1,5 +1,5 @@
 #pragma once
-/// What a process with a student's code does before it crashes, and that it does not take all memory.
+/// Crash reporting and a memory limit for processes that run a student's code.
 
 #include <execinfo.h>
 #include <sys/resource.h>
@@ -61,7 +61,7 @@ inline void TellCrash(int signal_number, siginfo_t* info, void*) {
 }
 
 inline void TellCrashes(Where where) {
-  static char spare[1 << 16];  // a stack for the one who tells that the stack is full
+  static char spare[1 << 16];  // a stack for the handler that reports a full stack
   WhereNow() = where;
   StackBegin() = reinterpret_cast<std::uintptr_t>(&where);
   stack_t stack{};
@@ -73,13 +73,13 @@ inline void TellCrashes(Where where) {
   action.sa_flags = SA_SIGINFO | SA_ONSTACK;
   void* frames[1];
   backtrace(frames, 1);  // loads what it needs now, since a signal may come within malloc
-  // SIGTERM comes when the time is over: then this tells which loop does not end.
+  // SIGTERM comes when the time is over: this then reports which loop does not end.
   for (const int signal_number : {SIGSEGV, SIGABRT, SIGFPE, SIGBUS, SIGILL, SIGTERM}) {
     sigaction(signal_number, &action, nullptr);
   }
 }
 
-/// Memory without bound ends in std::bad_alloc, which a test reports, and not in a machine that stands still.
+/// Unbounded allocation ends in std::bad_alloc, which a test reports, and not in a frozen machine.
 inline void LimitMemory() {
   const rlimit limit{kMemory, kMemory};
   setrlimit(RLIMIT_AS, &limit);
@@ -87,7 +87,7 @@ inline void LimitMemory() {
 
 /// To be called by main.
 inline void PrepareForCrashes([[maybe_unused]] Where where) {
-#ifndef CH5_SANITIZED  // a sanitizer tells its own crashes, and its shadow memory has no limit
+#ifndef CH5_SANITIZED  // a sanitizer reports crashes itself, and its shadow memory has no limit
   LimitMemory();
   TellCrashes(where);
 #endif

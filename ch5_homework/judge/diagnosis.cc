@@ -62,7 +62,7 @@ bool IsAnswer(const Claim& claim, const MatXX& answer) {
          LargestEntry(claim.got - answer) <= 0.1 * LargestEntry(answer - claim.expected);
 }
 
-// Of memory that was never set, or has been freed, other words are due than those of a mistake.
+// Memory that was never set, or has been freed, gets its own message.
 std::optional<Mistake> FindMistake(const Claim& claim, const std::vector<Mistake>& mistakes) {
   if (HoldsUnset(claim.got) || claim.got.size() == 0) return {};
   const auto found = std::find_if(mistakes.begin(), mistakes.end(),
@@ -72,8 +72,8 @@ std::optional<Mistake> FindMistake(const Claim& claim, const std::vector<Mistake
   return FindSlip(*claim.formula, claim.got, [&](const MatXX& answer) { return IsAnswer(claim, answer); });
 }
 
-// The term whose sign is wrong, as often as `got` has it: thrice, half; of another number, which fits any multiple of a
-// single column, a slip elsewhere is the cause.
+// The number of times that `got` contains the term whose sign may be wrong: three times, half. Other numbers, which fit any
+// multiple of a single column, come from a slip elsewhere.
 void AddTermsOfOtherCounts(const Claim& claim, std::vector<Mistake>* mistakes) {
   if (claim.got.rows() != claim.expected.rows() || claim.got.cols() != claim.expected.cols()) return;
   for (size_t i = 0, n = mistakes->size(); i < n; ++i) {
@@ -90,7 +90,7 @@ Text Called(const Claim& claim) { return claim.variable.empty() ? Text("matrix.i
 
 bool Any(const MatXX& A, bool (*is)(double)) { return std::any_of(A.data(), A.data() + A.size(), is); }
 
-// What numbers that are none say: memory that was never written to, or has been freed, has a mark of its own.
+// What a NaN tells us: memory that was never written, or has been freed, is filled with NaNs of different kinds.
 Text SymptomOfNaN(const Claim& claim) {
   if (Any(claim.got, &IsFreed)) return "matrix.freed_memory_read";
   if (Any(claim.got, &IsFresh)) {
@@ -150,7 +150,7 @@ Text SymptomOfTheWhole(const Claim& claim) {
   const auto is_set = (expected.array() != 0.0).eval();
   if (std::isfinite(k) && is_set.count() > 1)
     return {"matrix.factor", {{"k", Word(k)}}};  // one number alone has any ratio
-  // Few numbers may be whole by chance.
+  // A short vector may be integral by coincidence.
   if (got.size() > 6 && HasIntegersAlone(got) && !HasIntegersAlone(expected) && LargestEntry(got) > 1.0) {
     return "matrix.integers";
   }

@@ -57,7 +57,7 @@ Text Word(Integer n) {
   return Text::Word(std::to_string(n));
 }
 
-/// A mistake that many make. The cause is told only if the mistake's own wrong answer is what the student has.
+/// A common mistake. The cause is shown only if the mistake's own wrong answer is what the student has.
 struct Mistake {
   std::string todo;  ///< "1.1b"
   Text cause;        ///< "assembly.mirror_missing"
@@ -86,7 +86,7 @@ class Mistakes {
 Mistake CholeskyOfSingular(const std::string& todo, const char* matrix, const VecX& eigenvalues, const MatXX& J,
                            const MatXX& gram);
 
-/// What each row or column stands for: "VertexPose 1, δp.y".
+/// What each row or column means: "VertexPose 1, δp.y".
 using Names = std::vector<Text>;
 Names Words(const std::vector<std::string>& words);
 

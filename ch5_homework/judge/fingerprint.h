@@ -1,5 +1,5 @@
 #pragma once
-/// What a wrong answer is recognized by: ten numbers from which nobody can tell the answer, but which two equal answers
+/// What a wrong answer is recognized by: ten numbers that do not reveal the answer, but which two equal answers
 /// share. ch5_homework/mistakes/answers.csv has those of the mistakes that have a name.
 
 #include <string>

@@ -2,7 +2,7 @@
 ///
 ///   check_problem [--submission=NAME] [--seed=S] [--quiet] [gtest's options]
 ///   --submission  judges another than the linked functions
-///   --seed        other random numbers and sizes, the same for the same S
+///   --seed        other random numbers and sizes; the same seed repeats them
 ///   --quiet       gtest's printer is silent: what is printed is the student's; verdicts come by --gtest_output=json:
 
 #include <dlfcn.h>
@@ -32,7 +32,7 @@ struct Thrown {
 };
 thread_local Thrown thrown;
 
-// Tells whoever reads what is printed in which test it is, and from where an exception ended it (course/homework/judge.py).
+// Tells the reader of the output which test is running, and where an exception ended it (course/homework/judge.py).
 class TestBegins : public testing::EmptyTestEventListener {
   void OnTestStart(const testing::TestInfo& test) override {
     thrown.depth = 0;

@@ -1,6 +1,6 @@
 #pragma once
 /// Where the stage tests' random numbers come from: fixed ones, so that a student sees the same failure again; others of
-/// the same kind with --seed=S, so that nobody can know them.
+/// the same kind with --seed=S, so that they cannot be known in advance.
 
 #include <cstdint>
 #include <optional>
@@ -8,7 +8,7 @@
 
 namespace ch5::homework {
 
-/// S, which the judge tells its workers with each scene.
+/// S, which the judge sends to its workers with each scene.
 std::optional<uint64_t>& DrawnSeed();
 
 /// The seed of a test's Random: `n` itself, or `n` mixed with S.

@@ -46,7 +46,7 @@ void CheckCall(const Solved& got, const Ordering& ordering, const System& system
   const auto with = [&](const char* quantity) { return With(Word(quantity), scene, lambda, damping); };
   const Names names = RowNames(ordering);
   const right::SchurSolve right(system, ordering, lambda, damping);
-  // Who solves the whole system without a Schur complement is right too: then there is none to compare.
+  // Solving the whole system without a Schur complement is right too: then there is none to compare.
   const bool reduced = got.S.size() > 0 && !ordering.landmarks.empty();
   if (reduced) {
     Require({"1.2", with("H_pp − H_pm H_mm⁻¹ H_mp"), {}, "H_pp_schur_", names, {}, 1e-9}, right.S, got.S);

@@ -39,7 +39,7 @@ struct Built {
     const MatXX poses = added.Sized("poses", 7, StartScene::kFrames),
                 is_fixed = added.Sized("fixed", StartScene::kFrames, 1);
     if (!poses.allFinite()) throw WireError("a vertex holds a number that is not finite");
-    for (size_t i = 0; i < start.ba.poses.size(); ++i) {  // whoever moves a vertex to the truth needs no priors
+    for (size_t i = 0; i < start.ba.poses.size(); ++i) {  // a vertex moved to the truth needs no priors
       const auto column = static_cast<Eigen::Index>(i);
       if (!Equal(poses.col(column), start.ba.poses[i]->Parameters(), 1e-12)) moved = static_cast<int>(i);
       fixed.push_back(is_fixed(column) != 0.0);

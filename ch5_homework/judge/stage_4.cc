@@ -49,7 +49,7 @@ MatXX Transformed(const MatXX& covariance, const MatXX& motion, const MatXX& Q, 
 
 // ---- 4a, the rows of a pose -----------------------------------------------------------------------------------------
 
-// The blocks of a pose, so that each mistake is told whatever the other blocks are.
+// The blocks of a pose one by one, so that each mistake is named whatever the other blocks are.
 void CheckPose(const VertexPose& pose, const MatXX& U, const MatXX& right, GaugeGroup group) {
   const PoseMistakes mistakes(pose, group);
   const Eigen::Index k = mistakes.axes.cols();

@@ -135,7 +135,7 @@ TEST(Stage5, EliminatesABlockThatNothingObserves) {
   Random random(Seed(42));
   const MatXX U = RandomPositiveDefinite(6, &random);
   const VecX b_a = RandomMatrix(6, 1, &random);
-  // Two landmarks, of which only the first is observed: who changes nothing is not right either.
+  // Two landmarks, only the first observed: changing nothing must not pass either.
   const double v = random.Uniform(1.0, 2.0), b = random.Normal();
   const VecX w = RandomMatrix(6, 1, &random);
   const MatXX V = Vec2(v, 0.0).asDiagonal(), W = w * Vec2(1.0, 0.0).transpose();
@@ -260,7 +260,7 @@ TEST(Stage5, TheResidualMovesWithTheStates) {
   const int n = 9;  // more than a pose has
   const MatXX J = RandomMatrix(n, n, &random);
   const VecX e0 = RandomMatrix(n, 1, &random);
-  MatXX motions = MatXX::Zero(n, 4);  // linear however far the states move; the last one is none
+  MatXX motions = MatXX::Zero(n, 4);  // linear however far the states move; the last column is no motion
   for (const double size : {30.0, 1.0, 0.03}) {
     motions.leftCols(3) << motions.middleCols(1, 2).eval(), size * RandomMatrix(n, 1, &random);
   }

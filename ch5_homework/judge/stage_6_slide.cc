@@ -199,7 +199,7 @@ TEST(Stage6, SlidesTheSecondNewestFrameOut) {
 
 // ---- 6j DetectFailure ------------------------------------------------------------------------------------------------
 
-// As it stands in the code.
+// As in the code.
 Text NameOf(Failure failure) {
   static const std::map<Failure, std::string> names{{Failure::kNone, "kNone"},
                                                     {Failure::kAccelerometerBias, "kAccelerometerBias"},

@@ -157,7 +157,7 @@ TEST(Stage7, TheBlocksOfS) {
 }
 
 TEST(Stage7, TheBlocksOfSWithoutLandmarks) {
-  GraphScene row("row", {false});  // where there are blocks to find: who finds none passes nothing
+  GraphScene row("row", {false});  // with blocks to find: finding none must not pass
   CheckPattern(&row, "7.row");
   GraphScene scene("without landmarks");
   CheckPattern(&scene, "7.no_landmarks");

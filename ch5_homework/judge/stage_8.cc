@@ -404,7 +404,7 @@ TEST(Stage8, AnImuStepMovesTheState) {
           1e-10, "8c", "after.q");
 }
 
-// J with such a block in place of its own that J X Jᵀ becomes wrong as `wrong` says, if one block is all that is wrong in J:
+// J with one block replaced so that J X Jᵀ is wrong as `wrong` says, if a single block of J is wrong:
 // then the blocks of its row are, beside the diagonal, by δJ X Jᵀ.
 MatXX WithOtherBlock(MatXX J, const MatXX& X, const MatXX& wrong, int row, int column) {
   MatXX XJt = X.middleRows(column, 3) * J.transpose();

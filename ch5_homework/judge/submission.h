@@ -64,7 +64,7 @@ std::unique_ptr<Class> Make(A... arguments) {
   return std::unique_ptr<Class>(new T(arguments...));
 }
 
-/// The protected members that a test puts there or looks at.
+/// Protected members that tests set or read.
 struct OkvisAccess : MarginalizationError {
   using MarginalizationError::b0_;
   using MarginalizationError::dense_size_;

@@ -16,7 +16,7 @@ extern "C" [[noreturn]] void __assert_fail(const char* what, const char* file, u
 namespace {
 
 constexpr size_t kMost = 64 << 20;  // bytes: of a size that is wrong, not all need be touched
-constexpr size_t kKept = 256;       // given back blocks of memory that nobody gets yet
+constexpr size_t kKept = 256;       // freed blocks of memory that are not reused yet
 constexpr size_t kSmall = 1 << 16;  // bytes: larger blocks are not kept
 
 std::atomic<void*> kept[kKept];

@@ -1,7 +1,7 @@
 #pragma once
 /// Where a student's code runs, memory holds NaN before it is written to and after it is given back (unset_memory.cc): what
-/// is read too early or too late is wrong in every run, not by luck, and the two NaN tell which of both it was. The stack is
-/// filled by the compiler, with a pattern of its own (-ftrivial-auto-var-init=pattern, judge/CMakeLists.txt).
+/// is read too early or too late fails in every run, not at random, and the two kinds of NaN tell which it was. The compiler
+/// fills the stack, with another pattern (-ftrivial-auto-var-init=pattern, judge/CMakeLists.txt).
 
 #include <cstdint>
 #include <cstring>

@@ -15,7 +15,7 @@
 
 namespace ch5::homework {
 
-/// What came from a worker is no reply, or does not fit: a failure of the worker (remote/process.h), told as such.
+/// What came from a worker is no reply, or does not fit: reported as a failure of the worker (remote/process.h).
 class WireError : public std::runtime_error {
  public:
   explicit WireError(const std::string& what) : std::runtime_error("GARBAGE: " + what) {}
@@ -92,7 +92,7 @@ class Answer : public Values {
   void SetFailure(std::exception_ptr failure) { failure_ = std::move(failure); }
   const std::exception_ptr& Failure() const { return failure_; }
 
-  /// How many values of all answers so far nobody has read.
+  /// How many values of all answers so far have not been read.
   static int& Unread();
 
  private:

@@ -168,7 +168,7 @@ class RecordingApp(AppTest):
         whole = truth.read_text()
         in_millimeters = lambda row: [row[0], *(str(1000 * float(x)) for x in row[1:4]), *row[4:]]
         for change, name, words in (
-                (lambda rows: [later(row, 0.2) for row in rows], "truth_late", "0 ms too late for the IMU, which is most of the errors"),
+                (lambda rows: [later(row, 0.2) for row in rows], "truth_late", "0 ms too late for the IMU, which explains most of the error"),
                 (lambda rows: rows[::150], "distant_truth", "the poses of groundtruth.csv are 0.75 s apart (median)"),
                 (lambda rows: map(in_millimeters, rows), "truth_unit", " times as far as vins estimates; is it in meters?")):
             truth.write_text(whole)
@@ -219,7 +219,7 @@ class RecordingApp(AppTest):
 
     def test_a_scale_that_is_hardly_known_is_named(self):
         done = self.program(self.simulate(12, "circle"), "--out", self.out)
-        self.assertRegex(done.stderr, r"warning: when the estimator had started \(at \d\.\d\d s\), it knew the scale only to ±[78] %")
+        self.assertRegex(done.stderr, r"warning: just after the estimator started \(at \d\.\d\d s\) it knew the scale only to ±[78] %")
         self.assertRegex(self.page().replace("\u00a0", " "), r"it knew the scale only to ±[78] %")
         self.assertIn("尺度的不确定度仍有", (self.out / "report.zh.html").read_text(encoding="utf-8"))
 
@@ -229,7 +229,7 @@ class RecordingApp(AppTest):
         tracks, imu = recording / "tracks.csv", recording / "imu.csv"
         for path, change, words, name in (
                 (tracks, lambda x, y: (x * (1 - 0.28 * (x * x + y * y)), y * (1 - 0.28 * (x * x + y * y))),
-                 r"times less if their points are moved by 1 \+ k r², k = 0\.[3-5]\d: is the lens's model", "lens"),
+                 r"times better if their points are moved by 1 \+ k r², k = 0\.[3-5]\d: does the lens model", "lens"),
                 (imu, lambda *rates_forces: (*rates_forces[:3], *(-force for force in rates_forces[3:])),
                  r"of 12 windows [01] start in motion, and \d+ if its columns are read as -x, -y, -z; at rest", "force"),
                 (imu, lambda *rates_forces: (*rates_forces[:5], -rates_forces[5]),

@@ -1,5 +1,5 @@
 #pragma once
-/// Those of the chapter's studies which need to be told nothing: each writes its tables into the folder `csv`.
+/// The chapter's studies without parameters: each writes its tables into the folder `csv`.
 
 #include <filesystem>
 #include <functional>

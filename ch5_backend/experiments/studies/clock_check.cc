@@ -8,14 +8,14 @@
 namespace ch5 {
 namespace {
 
-constexpr double kSeconds = 40.0;   // of the recording: more tells little more, and takes as long again
+constexpr double kSeconds = 40.0;   // of the recording: twice as much says little more and takes twice as long
 constexpr double kFinest = 0.3e-3;  // [s]: what estimates that agree by chance still leave open
 // Noise of the pixels is noise of their velocities too, and holds an estimate at its guess g: td̂ = g + a (td − g), with a = 1
 // where points move fast. Two guesses tell a, and so td.
 constexpr double kApart = 5e-3;      // of the guesses [s]
 constexpr double kLeastHeard = 0.3;  // of a, to divide by
 
-// What a policy estimates after a half, three quarters and all of the images; empty if it starts anew or hardly starts.
+// What a policy estimates after a half, three quarters and all of the images; empty if it restarts or hardly starts.
 std::vector<double> Estimates(const Recording& recording, const EstimatorOptions& options,
                               std::unique_ptr<WindowPolicy> policy) {
   constexpr size_t kFewest = 40;

@@ -17,10 +17,10 @@ struct ClockOffset {
 /// two ways, so that the spread of their estimates, at three times each, is an error that holds the unknown ones too: where
 /// an estimator's own σ says ±0.1 ms, the estimates of two differ by up to 3 ms if the clocks agree.
 /// @param guess  where the estimates begin [s]
-/// @return nullopt if one of them does not start, starts anew, or hardly leaves its guess
+/// @return nullopt if one of them does not start, restarts, or hardly leaves its guess
 std::optional<ClockOffset> EstimateClockOffset(const Recording& recording, EstimatorOptions options, double guess);
 
-/// Whether an offset stands out from its error.
+/// Whether an offset clearly exceeds its error.
 inline bool IsDecided(const ClockOffset& clock) { return std::abs(clock.offset) > 3.0 * clock.sigma; }
 
 }  // namespace ch5

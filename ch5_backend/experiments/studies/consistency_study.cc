@@ -125,7 +125,7 @@ std::vector<ConsistencyResult> RunConsistencyStudy(const ConsistencyOptions& opt
 
 namespace {
 
-// Standard error of the mean of independent values; of one value there is none.
+// Standard error of the mean of independent values; a single value has none.
 double StandardError(const std::vector<double>& values) {
   const auto v = Eigen::Map<const VecX>(values.data(), static_cast<Eigen::Index>(values.size()));
   const double n = static_cast<double>(values.size());

@@ -36,7 +36,7 @@ struct OdometryRun {
   std::vector<ImageResult> rows;          ///< one per image
   std::vector<StampedState> states;       ///< of the images with an estimate
   std::vector<OdometrySegment> segments;  ///< the same, those with an estimate
-  /// Root mean squares over all segments, each with an alignment of its own; that of the longest stands here, and its scale.
+  /// Root mean squares over all segments, each aligned separately; the alignment and scale here are those of the longest.
   std::optional<TrajectoryError> error;
   std::optional<RelativeError> relative;  ///< of the longest segment
   int restarts = 0;

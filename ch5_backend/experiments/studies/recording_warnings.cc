@@ -75,12 +75,12 @@ void CheckTurns(const Recording& recording, OdometrySettings* settings, Recordin
   const auto lens = is_turned ? std::nullopt : CheckLens(recording, turns->delay);
   if (IsBent(lens)) {
     warnings->push_back({"lens", lens->k, lens->gain,
-                         Join("the images contradict one another and the gyroscope ", lens->gain,
-                              " times less if their points are moved by 1 + k r², k = ", lens->k,
-                              ": is the lens's model (radial-tangential, equidistant or none) that of this camera?")});
+                         Join("the images agree with one another and the gyroscope ", lens->gain,
+                              " times better if their points are moved by 1 + k r², k = ", lens->k,
+                              ": does the lens model (radial-tangential, equidistant or none) fit this camera?")});
   } else if (is_turned || TurnOtherwise(*turns)) {
     warnings->push_back({"turns", turns->as_given, turns->with_inverse,
-                         Join("the images turn otherwise than the gyroscope (correlation ", turns->as_given,
+                         Join("the camera's rotation disagrees with the gyroscope (correlation ", turns->as_given,
                               "; with the inverse of camera.q_B_C ", turns->with_inverse,
                               "): it must rotate camera coordinates into the IMU's; ", turns->with_axes,
                               " with the gyroscope's columns read as ", NameAxes(turns->axes))});
@@ -253,8 +253,8 @@ RecordingWarnings CheckStarts(const OdometryStudy& study) {
   if (sigma == kMost) return {};
   const auto percent = std::lround(100.0 * std::min(sigma, 10.0));  // beyond, how little is known makes no difference
   return {{"scale", static_cast<double>(percent), t,
-           Join("when the estimator had started (at ", t, " s), it knew the scale only to ±", percent,
-                " %: lengths may be wrong by as much; only a change of speed or direction tells the scale")}};
+           Join("just after the estimator started (at ", t, " s) it knew the scale only to ±", percent,
+                " %: lengths may be wrong by as much; only a change of speed or direction determines the scale")}};
 }
 
 RecordingWarnings CheckMeasurements(const Recording& recording, OdometrySettings* settings) {
@@ -263,7 +263,7 @@ RecordingWarnings CheckMeasurements(const Recording& recording, OdometrySettings
   if (const double median = MedianStep(recording.images); median > kMost) {
     warnings.push_back({"distant_images", median, kMost,
                         Join("the images are ", median, " s apart (median); above ", kMost,
-                             " s too few tracks last, and the estimates drift or start anew")});
+                             " s too few tracks last, and the estimates drift or restart")});
   }
   CheckRails(recording.imu, &warnings);
   CheckTurns(recording, settings, &warnings);
@@ -285,10 +285,11 @@ RecordingWarnings CheckComparison(const OdometryStudy& study) {
   }
   RecordingWarnings warnings;
   if (const double median = MedianStep(truth); median > kMost) {
-    warnings.push_back({"distant_truth", median, 0.0,
-                        Join("the poses of groundtruth.csv are ", median,
-                             " s apart (median): between them it is a straight line, which errs itself, and where they "
-                             "are more than 1 s apart nothing is compared")});
+    warnings.push_back(
+        {"distant_truth", median, 0.0,
+         Join("the poses of groundtruth.csv are ", median,
+              " s apart (median): between them it is interpolated linearly, which adds an error, and where "
+              "they are more than 1 s apart nothing is compared")});
   }
   const auto is_of_another_unit = [&](const OdometryRun& run) { return IsOfAnotherUnit(run, truth); };
   const auto run = std::find_if(study.runs.begin(), study.runs.end(), is_of_another_unit);
@@ -302,7 +303,7 @@ RecordingWarnings CheckComparison(const OdometryStudy& study) {
     const auto milliseconds = std::lround(1e3 * std::abs(delay));
     warnings.push_back({delay > 0.0 ? "truth_late" : "truth_early", static_cast<double>(milliseconds), 0.0,
                         Join("groundtruth.csv seems to be stamped about ", milliseconds, " ms too ",
-                             delay > 0.0 ? "late" : "early", " for the IMU, which is most of the errors")});
+                             delay > 0.0 ? "late" : "early", " for the IMU, which explains most of the error")});
   }
   return warnings;
 }

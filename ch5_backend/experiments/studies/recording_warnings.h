@@ -1,11 +1,11 @@
 #pragma once
-/// What is doubtful in a recording that can be followed all the same: told on the terminal and in the report.
+/// Doubtful data in a recording that can be followed all the same: warnings on the terminal and in the report.
 
 #include "ch5_backend/experiments/studies/odometry_study.h"
 
 namespace ch5 {
 
-/// Images too far apart, an IMU at the limits of its range, and what makes estimators drift, or start anew since images and
+/// Images too far apart, an IMU at the limits of its range, and what makes estimators drift, or restart because images and
 /// IMU disagree. What the turns tell of the delay of the camera's clock becomes the settings' first guess.
 RecordingWarnings CheckMeasurements(const Recording& recording, OdometrySettings* settings);
 

@@ -25,7 +25,7 @@ void Check(const VisualInertialOptions& o) {
   CheckNotNegative("Perturbation::point", o.start.point);
 }
 
-// Where the point stands in the image [px], if it is there.
+// The point's position in the image [px], if it is visible.
 std::optional<Vec2> Project(const Calibration& calibration, const Transform& T_W_B, const Vec3& p_W) {
   const Transform& T_B_C = calibration.T_B_C;
   const Vec3 p_C = T_B_C.q.conjugate() * (T_W_B.q.conjugate() * (p_W - T_W_B.p) - T_B_C.p);

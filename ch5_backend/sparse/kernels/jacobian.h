@@ -164,7 +164,7 @@ CH5_INLINE void TurnPack(const WideLanes* x, double* of_edge) {
 constexpr int kXi = 6;
 constexpr bool IsZero(int row, int column) { return row >= 3 && column < 3; }
 
-/// Of a pack's edges: AᵀB for A with N columns and R rows and a column B.
+/// AᵀB for the edges of a pack, where A has R rows and N columns and B is a column.
 template <int R, typename Vector, int N>
 CH5_INLINE void LanesTransposeProduct(const double* A, const double* B, Vector (*products)[N]) {
   CH5_UNROLL

@@ -1,5 +1,5 @@
 #pragma once
-/// What is done with one landmark's blocks once the normal equations stand: H_ll is inverted, alone or eight at once, and
+/// What is done with one landmark's blocks once the normal equations are assembled: H_ll is inverted, alone or eight at once, and
 /// what the poses that see it add is summed. P×L are the sizes of H_pl's blocks, or Eigen::Dynamic.
 
 #include <algorithm>

@@ -20,7 +20,7 @@ constexpr int kRoom = 2 * kLanes;      // behind the columns of A and C, for who
 constexpr int kColumnsOfGeneral = 60;  // of A at a time: they stay in the first-level cache
 
 int LeadingDimension(int rows) { return Padded(rows + 1) + kRoom; }
-// The numbers of A, behind which C begins.
+// How many numbers A has; C begins after them.
 size_t SizeOfA(int lda) { return static_cast<size_t>(lda) * (kColumnsOfGeneral + 8) + kOverread; }
 
 // The columns of A that belong to landmark l:  H_pl G⁻ᵀ, and G⁻¹b. Whole registers are written; what is too much lies

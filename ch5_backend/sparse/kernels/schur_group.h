@@ -5,7 +5,7 @@
 ///   S_ij −= A_i A_jᵀ,    b_i −= A_i [G_l⁻¹b_l; G_m⁻¹b_m; …]                    Triggs (2000), §6.1, in groups
 ///
 /// Where the blocks have one of the fixed sizes (math/dispatch.h), block by block, each in registers while the landmarks
-/// pass by. For any other sizes, also mixed, all A_i stand below each other, and C = −A Aᵀ comes from a dense kernel.
+/// pass by. For any other sizes, also mixed, all A_i are stacked, and C = −A Aᵀ comes from a dense kernel.
 
 #include "ch5_backend/linear/block_matrix.h"
 #include "ch5_backend/math/dispatch.h"

@@ -93,7 +93,7 @@ struct InvertRange {
 
 // ---- groups -----------------------------------------------------------------------------------------------------
 
-// Sorted as they are, landmarks that the same poses see stand side by side.
+// Sorted like this, landmarks that the same poses see are next to each other.
 void FindGroups(const Structure& s, SchurGroups* found) {
   const auto slots = [&](int l) { return s.slot_pose.begin() + s.landmark_slots[l]; };
   int num_blocks = 0;

@@ -39,12 +39,12 @@ struct Eliminated {
   void Resize(const Structure& structure, bool is_implicit = false);
 };
 
-/// What stands for G⁻¹ where A = H_ll + λD is not positive definite: K, lower triangular, of which KᵀK counts as A⁻¹.
+/// Used as G⁻¹ where A = H_ll + λD is not positive definite: K, lower triangular, of which KᵀK counts as A⁻¹.
 using SingularRoot = MatXX (*)(const MatXX& A);
 
 /// (H_ll + λD)⁻¹ and its product with b_l, for every landmark.
 /// @param singular_root  for blocks that are not positive definite, where S is formed; or null
-/// @return false if one of the damped blocks is not positive definite, and there is nothing to stand for its inverse
+/// @return false if one of the damped blocks is not positive definite, and it has no substitute for its inverse
 bool InvertLandmarks(const Structure& structure, const Linearized& system, const DampingRule& rule, ThreadPool* pool,
                      Eliminated* eliminated, SingularRoot singular_root = nullptr);
 

@@ -106,7 +106,7 @@ struct MultiplyCouplingRange {
   }
 };
 
-// block (with padding), which holds B_jj, becomes S_jj = B_jj − C_jj if that is asked for;  b_S,j = b_j − Σ_l H_jl H_ll⁻¹ b_l.
+// block (with padding), which holds B_jj, becomes S_jj = B_jj − C_jj on request;  b_S,j = b_j − Σ_l H_jl H_ll⁻¹ b_l.
 template <int P, int L>
 struct ReducePose {
   using Signature = void(const Structure&, const Linearized&, int j, bool subtract_coupling, int max_landmark_dim,
@@ -168,7 +168,7 @@ void ImplicitSchur::Prepare(const Structure& s, ThreadPool* pool) {
   damping_.setZero(s.ordering.dim_poses);
 }
 
-// Of about equal work, cut by the structure alone.
+// Pieces of about equal work, which depend on the structure alone.
 void ImplicitSchur::CutChunks() {
   constexpr int kSlots = 8192, kMost = 64;
   const Structure& s = *structure_;

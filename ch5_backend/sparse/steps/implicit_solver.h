@@ -14,7 +14,7 @@
 ///   conjugate gradients   preconditioned by the inverses of the diagonal blocks of S or of B
 ///   power series          S⁻¹ = Σ_i (B⁻¹C)^i B⁻¹,  B⁻¹ that of the diagonal blocks: for S and B positive definite the
 ///                         eigenvalues of B⁻¹C lie in [0, 1). The terms are t_0 = B⁻¹b, t_{i+1} = B⁻¹(b − S Σ_{k≤i} t_k):
-///                         the residual comes for free, and tells when enough are summed. Should poses be tied by edges so
+///                         the residual comes for free, and shows when enough are summed. Should poses be tied by edges so
 ///                         that the series diverges, or should it need more terms than the maximum, conjugate gradients go
 ///                         on from its sum. Weber et al., "Power bundle adjustment for large-scale 3D reconstruction",
 ///                         CVPR 2023

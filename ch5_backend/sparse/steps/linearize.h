@@ -59,7 +59,7 @@ struct Linearized {
   }
   /// The block of H_pl that belongs to a slot.
   MatXX Coupling(const Structure& s, int slot) const;
-  /// Calls function(row, column, block) for each block of H that is stored: those off the diagonal stand on one side of it.
+  /// Calls function(row, column, block) for each block of H that is stored: those off the diagonal are on one side of it.
   template <typename Function>
   void ForEachBlock(const Structure& s, const Function& function) const;
 };

@@ -28,7 +28,7 @@ std::vector<int> Numbers(size_t count) {
   return numbers;
 }
 
-// Edges and vertices are asked no more below, but for their dimensions: all is in the flat numbers of the incidence.
+// From here on only the dimensions of edges and vertices are used, and the flat arrays of the incidence.
 
 // A list for each landmark, as the ordering numbers them: that of landmark l is [begin[l], begin[l + 1]) of items.
 struct Lists {

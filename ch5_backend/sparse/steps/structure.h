@@ -57,7 +57,7 @@ struct PoseEdgeBlock {
 };
 
 struct Structure {
-  Ordering ordering;  ///< its incidence has been used up
+  Ordering ordering;  ///< its incidence has been moved out
   BlockSizes sizes;   ///< of the blocks of H_pl, where all have the same
 
   std::vector<Vertex*> poses, landmarks;
@@ -122,8 +122,7 @@ Structure BuildStructure(Ordering ordering);
 /// needs memory for these poses alone: in a city they are few.
 std::vector<int> NumberPosesOfLandmarks(const Structure& structure, int begin, int end);
 
-/// Asks the memory for an object, or for edge e, that is needed soon: edges and vertices lie scattered, where no processor
-/// foresees them.
+/// Prefetches an object that is needed soon: edges and vertices are scattered, so hardware prefetching does not help.
 inline void PrefetchObject(const void* object, int lines) {
   for (int line = 0; line < lines; ++line) __builtin_prefetch(static_cast<const char*>(object) + 64 * line);
 }

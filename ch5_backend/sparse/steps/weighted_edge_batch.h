@@ -100,7 +100,7 @@ class LandmarkEdgeBatches {
   void Assign(const Structure& structure);
   bool Active() const { return active_; }
 
-  /// As those of WeightedEdgeBatch; without effect where it is not active.
+  /// Like those of WeightedEdgeBatch; without effect where it is not active.
   void LoadPoses();
   double Cost(int begin, int end) const;
 

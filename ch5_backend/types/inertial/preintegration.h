@@ -47,7 +47,7 @@ class Preintegration {
  private:
   void Reset();
   void Step(const ImuSample& s0, const ImuSample& s1);
-  // The blocks of F that are neither zero nor I, but for the row p; q stands for θ.
+  // The blocks of F that are neither zero nor I, except the row p; q means θ.
   struct Transition {
     double dt;
     Mat33 qq, vq, va, vg;

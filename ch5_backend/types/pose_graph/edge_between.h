@@ -25,7 +25,7 @@ class EdgeSE3Between : public SizedEdge<6, VertexPose, VertexPose> {
   EdgeSE3Between(std::shared_ptr<VertexPose> i, std::shared_ptr<VertexPose> j, const Qd& q_z, const Vec3& p_z)
       : SizedEdge(std::move(i), std::move(j)), q_z_(RotationOf(q_z, "EdgeSE3Between")), p_z_(p_z) {}
 
-  /// W of the measurement's uncertainty, so that nobody need halve an angle.
+  /// W of the measurement's uncertainty: the halves of the angles are taken care of.
   /// @param covariance  of the increment [δp; δθ] of T_z, [m; rad], as VertexPose::Plus applies it: δp along i's axes
   /// @throws std::invalid_argument unless it is symmetric positive definite
   void SetCovariance(const Mat66& covariance);

@@ -222,7 +222,7 @@ class ReprojectionBatch : public EdgeBatch {
   }
 
   size_t NumBodies() const { return std::max<size_t>(poses_.Vertices().size(), 1); }
-  // Of a body's number and a camera's.
+  // A key of a body's number and a camera's.
   const RigidNumbers& T_W_C(int camera, int body) const {
     return T_W_C_[static_cast<size_t>(camera) * NumBodies() + static_cast<size_t>(body)];
   }

@@ -4,7 +4,7 @@
 ///   r = [r_1; …; r_m],  r_j of EdgeReprojection:   r_j = B_j n_h − n_j,  B_j = ∂r_j/∂u_host
 ///   cov r = σ² (I + B Bᵀ),   W = σ⁻² (I − B (I + BᵀB)⁻¹ Bᵀ)
 ///
-/// One EdgeReprojection a view takes the host's point for exact, though its noise n_h stands in every residual of the
+/// One EdgeReprojection a view treats the host's point as exact, though its noise n_h is in every residual of the
 /// landmark: with many views it is certain of too much. Here n_h is eliminated, which is the same as estimating the
 /// host's bearing beside the inverse depth.
 

@@ -5,7 +5,7 @@
 /// Edges with the same host, target and cameras share T_Cj_Ci = T_W_Cj⁻¹ T_W_Ci, which is worked out once a pair. Scaled by
 /// λ, no distance is left to divide by: with f = [u_i, v_i, 1]
 ///   q = λ p_Cj = R_Cj_Ci f + λ p_Cj_Ci,   [x, y] = [q_x, q_y]/q_z,   ∂r/∂q = G/q_z,   G = [1 0 −x; 0 1 −y]
-/// All poses act through T_Cj_Ci alone: with ξ = [δt; φ] of RelativeJacobian (graph/fast_edge.h)
+/// All poses enter through T_Cj_Ci only: with ξ = [δt; φ] of RelativeJacobian (graph/fast_edge.h)
 ///   J_λ = G/q_z p_Cj_Ci,   J_ξ = G/q_z [λ I  −[R_Cj_Ci f]]
 
 #include <vector>

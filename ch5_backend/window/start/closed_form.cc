@@ -101,7 +101,7 @@ TrackSystem AddTrack(const TrackEquations& equations, double noise_variance, Mat
     return TrackSystem{std::max(M(0, 0), 1e-12), -M(0, 10), M.block<1, 9>(0, 1).transpose()};
   };
   const Eigen::Matrix<double, 11, 11> clean = squares - noise;
-  if (!(clean(0, 0) > 0.1 * squares(0, 0))) return system(squares);  // a depth that is mostly noise tells nothing of x
+  if (!(clean(0, 0) > 0.1 * squares(0, 0))) return system(squares);  // a depth that is mostly noise: nothing on x
   const TrackSystem s = system(clean);
   *H += clean.block<9, 9>(1, 1) - s.h * s.h.transpose() / s.H_dd;
   *b -= clean.block<9, 1>(1, 10) + s.h * (s.b_d / s.H_dd);

@@ -22,7 +22,7 @@
 
 namespace ch5 {
 
-/// What the closed form is told of the sensors.
+/// The sensors' parameters for the closed form.
 struct ClosedFormOptions {
   Transform T_B_C;
   double sigma = 1.5 / 460.0;  ///< of an observation on the normalized plane

@@ -181,7 +181,7 @@ void ComputeUncertainty(const StartGraph& g, ClosedForm* start) {
 
 // While the acceleration a stays the same, a second motion explains the specific force  f = a + g ẑ:  one k times as large,
 // in which gravity has another direction.  ‖f − k a‖ = g:  k = 1 + 2 g a_z/‖a‖².  The closed form may have found either.
-// Of a motion whose points lie behind the camera, k < 0, it is the one that sees them in front.
+// For a motion whose points lie behind the camera, k < 0, the one that sees them in front.
 // @return nullopt if the two are too unlike to be taken for each other
 std::optional<ClosedForm> SecondSolution(const ClosedForm& start, const std::vector<Preintegration>& imu, double g) {
   constexpr double kMost = 30.0;
@@ -207,7 +207,7 @@ struct Fit {
   bool has_points = false;
 };
 
-// All states jointly by the solver; the gauge is free, the damping copes with it.
+// Solves for all states jointly; the gauge is free, which the damping copes with.
 Fit Refine(const std::vector<FeatureTrack>& tracks, const std::vector<Preintegration>& imu,
            const DynamicInitializationOptions& options, ClosedForm* start) {
   StartGraph g;

@@ -26,7 +26,7 @@ struct InitializationImage {
   std::vector<TrackedPoint> tracks1 = {};     ///< of camera 1; used where camera 0 sees the point too
 };
 
-/// What the start in motion is told of the sensors, and what it must reach.
+/// The sensors' parameters for the start in motion, and what it must reach.
 struct DynamicInitializationOptions {
   Transform T_B_C;
   double focal_length = 460.0;          ///< [px]
@@ -38,7 +38,7 @@ struct DynamicInitializationOptions {
   double largest_scale_sigma = 0.1;     ///< relative
   double largest_gravity_sigma = 0.05;  ///< [rad]
   double least_inliers = 0.6;           ///< fraction of the observations within 3 σ
-  /// The second camera, if there is one: where `least_tracks` are seen by both, neither parallax nor scale is asked for.
+  /// The second camera, if there is one: where both see `least_tracks`, neither parallax nor scale is required.
   std::optional<Camera> camera1 = {};
 
   /// @throws OptionError

@@ -59,7 +59,7 @@ struct ImagePair {
 size_t StrideFor(const ImagePair& pair, size_t most) { return (pair.matches.size() + most - 1) / most; }
 
 // Geman and McClure's ρ = ½ r²/σ² · w²/(w² + r²/σ²): beyond the width w, unlike Cauchy's, outliers gain next to nothing by
-// coming nearer, and many inliers of small residuals need not give way to a few.
+// coming nearer, and many inliers of small residuals are not outweighed by a few.
 struct Loss {
   double sigma, width;
 
@@ -165,7 +165,7 @@ PairEquations Linearize(const ImagePair& pair, size_t stride, const BiasedRotati
 // @param most  matches of a pair that are used, spread over all
 // @return the cost before the last step
 double Solve(const Loss& loss, size_t most, std::vector<ImagePair>* pairs, Vec3* delta_b) {
-  constexpr int kIterations = 4;  // the bias stands after three; the directions go on creeping
+  constexpr int kIterations = 4;  // the bias has converged after three; the directions go on creeping
   for (ImagePair& pair : *pairs) {
     const Mat33 R = RotationAt(pair.rotation, *delta_b).R;
     pair.t = FindDirection(pair.matches, StrideFor(pair, most), R, loss.width * loss.sigma);
@@ -230,7 +230,7 @@ Vec3 FindBias(double sigma, std::vector<ImagePair>* pairs) {
   try_from(Vec3::Zero(), kFew);
   least = Solve(narrow, kMost, pairs, &best);
   try_from(Vec3::Zero(), kMost);
-  Solve(narrow, kMost, pairs, &best);  // leaves the directions that fit it, by which outliers are told
+  Solve(narrow, kMost, pairs, &best);  // leaves the directions that fit it, which reveal the outliers
   return best;
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Why an estimator does not start: measurements in other units or other columns than it is told, as far as they tell.
+/// Why an estimator does not start: measurements in other units or columns than stated, as far as they show it.
 
 #include <string>
 
@@ -16,7 +16,7 @@ class SensorCheck {
 
   /// What is suspicious, in one sentence with the numbers; empty if nothing is. In a second of motion the mean specific
   /// force is near gravity, and a sensor's noise is what remains of three neighboring measurements.
-  /// @param gravity [m/s²], noise  as the estimator is told
+  /// @param gravity [m/s²], noise  as given to the estimator
   std::string Suspicion(double gravity, const ImuNoise& noise) const;
 
  private:

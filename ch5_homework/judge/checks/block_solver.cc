@@ -33,7 +33,7 @@ void BuildSystem(const Submission& student, const Values& given, Answer* answer)
   }
 }
 
-// The same solver with each λ and damping; at last the minimum from here, if that is asked for.
+// The same solver with each λ and damping; finally the minimum from here, if requested.
 void Solve(const Submission& student, const Values& given, Answer* answer) {
   const auto scene = Scene::Make(given);
   const auto solver = Ordered(student, scene.get());

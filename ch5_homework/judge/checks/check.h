@@ -1,5 +1,5 @@
 #pragma once
-/// What is asked of a student's functions: a check calls them on what it is given and puts what they return into its answer.
+/// How a student's functions are called: a check calls them on its input and puts what they return into its answer.
 /// It runs where the student's code does, in the process of ./course check or in the worker of ./course grade. Nothing in
 /// this folder, nor in scenes/, knows what is right: all of it is linked beside the student's file, and could be called.
 

@@ -1,5 +1,5 @@
 /// vins_window.cc, stage 6: MarginalizationInfo's functions in their order, each on numbers of its own; what leaves a window;
-/// and the window after each slide. Edges and vertices are told by their places in the scene.
+/// and the window after each slide. Edges and vertices are named by their places in the scene.
 
 #include <algorithm>
 

@@ -232,7 +232,7 @@ void BlockOfTheInverse(const View& v) {
            Matrix(block.name + "⁻¹", PseudoInversePsd(A).block(block.row, block.column, n, n)));
 }
 
-// ---- what stands in a formula ----------------------------------------------------------------------------------------
+// ---- the parts of a formula ------------------------------------------------------------------------------------------
 
 bool CanBeMistaken(const View& v) {
   return v.x->kind == Kind::kMatrix || v.x->kind == Kind::kInverse || !v.x->name.empty() || v.is_whole;
@@ -742,7 +742,7 @@ class Search {
       if (site.x->kind == Kind::kAssembly) kinds = KindsOf(site.x);
     }
     for (const auto rule : kRules) {
-      if (rule == &TransposeForgotten) {  // before what stands for another
+      if (rule == &TransposeForgotten) {  // before what replaces another
         for (const auto& [cause, changed] : FromOtherSources(way, sites)) Try(cause, {}, changed);
         for (const auto& [cause, changed] : BlocksExchanged(way, sites)) Try(cause, {}, changed);
       }

@@ -13,7 +13,7 @@
 /// wrong matrix instead (undamped, before rows were moved) belongs to its Source, with a name; a sum that a loop adds up,
 /// edge by edge, is an Assembly, whose shares of one name change together, as one statement of the loop does.
 ///
-/// A rule is a function in the table of slips.cc: it sees one node, and reports what may stand there instead, with the id
+/// A rule is a function in the table of slips.cc: it sees one node, and reports what may replace it, with the id
 /// of a sentence. The engine puts it there, once and wherever else the same node is used, evaluates what comes out, and
 /// compares. To add a rule: a function there, its row in the table (the likelier ones above), and its sentence in
 /// ch5_backend/course/base/language/{en,zh}.json. Rules know no course.
@@ -31,7 +31,7 @@
 
 namespace ch5::homework::formula {
 
-/// What a student is asked for.
+/// What a student has to compute.
 struct Formula {
   Expression right;                      ///< its value is the right answer
   std::vector<Expression> beside = {};   ///< what else is at hand, and may be taken by mistake

@@ -1,5 +1,5 @@
 #pragma once
-/// H and b as a loop over the pairs of an edge's vertices puts them together, rightly or wrongly: stages 1.1, 6 and 7.
+/// Correct and incorrect ways to assemble H and b in a loop over the pairs of an edge's vertices: stages 1.1, 6 and 7.
 
 #include <algorithm>
 #include <functional>
@@ -31,7 +31,7 @@ struct Turn {
 
 inline int OrderedRow(const Edge& edge, size_t k) { return edge.Vertices()[k]->OrderingId(); }
 
-/// What a fixed vertex ends: its own turn (continue, as is right), the loop (break), or the function (return).
+/// What the code does at a fixed vertex: continue (correct), break, or return.
 enum class Ends { kTurn, kLoop, kFunction };
 
 struct Loop {
@@ -41,7 +41,7 @@ struct Loop {
   Ends at_fixed_i = Ends::kTurn, at_fixed_j = Ends::kTurn;
 };
 
-/// All with which a student may end the loops at a fixed vertex too soon.
+/// All early exits at a fixed vertex.
 inline std::vector<Loop> EndedByFixed(Loop loop) {
   std::vector<Loop> loops;
   for (const auto& [at_i, at_j] : {std::pair{Ends::kTurn, Ends::kLoop},

@@ -1,7 +1,7 @@
 /// The judge: the stage tests, whose graded functions run in a process of their own, a fresh one for each test.
 ///
 ///   homework_judge [--seed=S] [--time-limit=SECONDS] [--quiet] [gtest's options] -- COMMAND…
-///   --seed        other random numbers and sizes than the usual ones, the same for the same S
+///   --seed        other random numbers and sizes than the usual ones; the same seed repeats them
 ///   --time-limit  of the worker's answers in one test together, 20 s by default
 ///   --quiet       gtest's printer is silent: what is printed is the student's
 ///   COMMAND       starts a worker, in a sandbox as a rule; see worker.cc

@@ -58,7 +58,7 @@ void MakePipe(int* read_end, int* write_end) {
   close(ends[1]);
 }
 
-// The parent's id stands behind the name in brackets, which may hold anything, and the state. −1 of one that has ended.
+// The parent's id comes after the name in brackets, which may contain anything, and the state. −1 if it has ended.
 pid_t ParentOf(const std::string& process) {
   char text[512] = "";
   const int file = open(("/proc/" + process + "/stat").c_str(), O_RDONLY | O_CLOEXEC);
@@ -186,7 +186,7 @@ void WorkerProcess::Wait(bool writing, const std::string& what) {
 void WorkerProcess::Send(const std::string& frame, size_t* sent) {
   const ssize_t wrote = write(requests_, frame.data() + *sent, frame.size() - *sent);
   if (wrote > 0) *sent += static_cast<size_t>(wrote);
-  if (wrote < 0 && errno == EPIPE) *sent = frame.size();  // nobody reads: the end of the replies will tell why
+  if (wrote < 0 && errno == EPIPE) *sent = frame.size();  // nobody reads: the end of the replies will show why
 }
 
 bool WorkerProcess::Receive() {
@@ -196,7 +196,7 @@ bool WorkerProcess::Receive() {
     if (got > 0) received_.append(buffer, static_cast<size_t>(got));
     if (got == 0) return false;
     if (got < 0 && errno == EINTR) continue;
-    // The frame's length is looked at after each piece, so that nobody fills the judge's memory.
+    // The frame's length is checked after each piece, so that the judge's memory cannot be filled.
     return true;
   }
 }

@@ -34,7 +34,7 @@ MonoScene::MonoScene(std::string name, Sizes sizes, const MonoBaOptions& options
   }
 }
 
-// Away from the identity, where frame 0 of the course stands: there a pose and one relative to frame 0 are the same.
+// Away from the identity, where the course's frame 0 is: there a pose and one relative to frame 0 are the same.
 StartScene::StartScene() : MonoScene("start", {}, Options(kFrames, kPoints, 0.1, 0.02)) {
   const Transform away{ExpSO3(Vec3(0.5, -0.4, 0.8)), Vec3(3.0, -2.0, 1.0)};
   const auto move = [&](const Vec3& p) -> Vec3 { return away.p + away.q * p; };

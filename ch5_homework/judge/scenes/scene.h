@@ -51,7 +51,7 @@ class Scene {
   void SetStates(const VecX& states);
   /// All that the other side needs: name, sizes, seed, and the states of its vertices.
   void Describe(Values* given);
-  /// The scene that has been described, built anew.
+  /// The described scene, built again.
   static std::unique_ptr<Scene> Make(const Values& given);
   using Maker = std::unique_ptr<Scene> (*)(const std::string& name, const Sizes& sizes);
   /// Before main.
@@ -102,7 +102,7 @@ MatXX RandomPositiveDefinite(int size, Random* random);
 constexpr double kCauchyScale = 2.0;
 
 /// An edge whose residual, Jacobians and information are random numbers: H has no structure to hide a mistake in.
-/// The residual is NaN before it is computed, so that nobody weighs it too early.
+/// The residual is NaN before it is computed, so that using it too early shows.
 template <int R, typename... V>
 class RandomEdge : public SizedEdge<R, V...> {
  public:

@@ -65,7 +65,7 @@ struct Guess {
   Mat66 information;  // of [δθ, δp], as EdgeSE3Prior has them
 };
 
-// Dead reckoning by 8c, from a known start. (The guesses share their errors; here each counts as if it stood alone.)
+// Dead reckoning by 8c, from a known start. (The guesses share their errors; here each counts as if it were independent.)
 std::vector<Guess> GuessPath(Random* random) {
   const Transform start = PoseAt(0.0);
   const Vec3 v0 = VelocityAt(0.0);

@@ -29,7 +29,7 @@ void AppendPrior(const std::string& policy, const std::string& stage, const Prio
   AppendNonZeros(H, &tables->matrices, policy, stage, H.rows(), H.rows());
 }
 
-// A window's frames and landmarks, and where they stood in H: what is left of it once it has slid.
+// A window's frames and landmarks and their places in H: what remains known after it has slid.
 struct WindowBeforeSlide {
   std::vector<Frame> frames;
   std::map<int, WindowLandmark> landmarks;
