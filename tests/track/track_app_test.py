@@ -92,7 +92,7 @@ BROKEN = {
         r"VINS-Mono's, are not read: ch5_backend/GUIDE\.md has a sensor\.yaml to fill in"),
     "no header": (edit(MOTION, lambda text: text.split("\n", 1)[1]),
                   r"FOLDER/imu0/data\.csv:1: the first line must name the columns and begin with \"#timestamp \[ns\]\", got .+"),
-    "a number that is none": (on_line(MOTION, 7, lambda line: re.sub(r",[^,]*$", ",nan", line)),
+    "a NaN": (on_line(MOTION, 7, lambda line: re.sub(r",[^,]*$", ",nan", line)),
                               r"FOLDER/imu0/data\.csv:7: a_z: not finite, got \"nan\""),
     "a row that is cut": (on_line(MOTION, 9, lambda line: line.rsplit(",", 2)[0]),
                           r"FOLDER/imu0/data\.csv:9: a row of 5 columns, but the first line names 7, got .+"),
