@@ -53,7 +53,7 @@ class Fly(FolderTest):
         hand_in(FOLDER, **SKELETONS)
         with mock.patch.object(fly, "build_or_fail") as build:
             for chosen in (fly.FLIGHTS, tuple(EXPERIMENTS)):
-                self.assertRaisesRegex(CourseError, "nothing of yours would run yet: in .*vins_window.cc", fly.require_own, chosen)
+                self.assertRaisesRegex(CourseError, "none of your functions would run yet: in .*vins_window.cc", fly.require_own, chosen)
         build.assert_not_called()
 
     def test_a_stage_that_is_half_done_is_theirs(self):

@@ -103,7 +103,7 @@ class Settled(InAFolder):
         marks, lost = classbook.settle(book, [record("12-123"), record("hw 9"), record("pair")], POINTS)
         self.assertEqual([(mark.student.name, mark.total) for mark in marks], [("Ada", None), ("Bob", None), ("Eve", 12), ("Dan", 12), ("Fay", 12)])
         self.assertEqual([(name, speaker("en").text(why)) for name, why in lost],
-                         [("12-123", "may be that of 12 (Ada), 123 (Bob); write its name into the column submissions of whose it is")])
+                         [("12-123", "may belong to 12 (Ada), 123 (Bob); write its name into the column submissions of the right one")])
         self.assertIn("12-123 may be theirs", gradebooks.status(marks[0], speaker("en")))
 
     def test_who_handed_in_nothing_has_a_row_and_no_number(self):
@@ -196,7 +196,7 @@ class Page(InAFolder):
                 self.assertEqual(english_in(words), "")
                 self.assertNotRegex(words, r"[\u4e00-\u9fff][,:] |[,:] [\u4e00-\u9fff]", "a mark of half width")
             for part in ("阿达", "口头解释过", "strange", "Eve") + (("两个位姿之间的一条边",) if language == "zh" else
-                         ("3 of 4 in the class have handed in", "one edge between two poses", "nothing begun")):
+                         ("3 of 4 students have handed in", "one edge between two poses", "nothing begun")):
                 self.assertIn(part, words)
             self.assertEqual(text.count('class="bar"'), 12)
             self.assertIn("sortable", text)

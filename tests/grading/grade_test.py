@@ -261,7 +261,7 @@ class TotalTime(FolderTest):
         self.assertEqual((asleep["score"], other["stages"][1]["state"], list(known)), (1, "right", ["a.cc", "b.cc"]))
         self.assertEqual([round(seconds, 1) for seconds in allowed], [0.6, 0.2, 0.0, 0.6])
         told = notes([{**asleep, "name": "asleep"}, {**other, "name": "other"}], None, [], speaker("en"))
-        self.assertEqual(told, ["Their checks took longer than 0.6 s together, so that stages were not judged: asleep"])
+        self.assertEqual(told, ["Their checks took longer than 0.6 s altogether, so some stages were not judged: asleep"])
 
 
 class Names(FolderTest):
