@@ -120,19 +120,9 @@ def why_none(say):
 
 
 def captions(say):
-    """{figure: its words}, with every number taken from the kept tables."""
-    tell = {"nees": lambda row: f"{row['nees_pose']:.1f}",
-            "gain": lambda row: f"{row['yaw_information_gain']:.2f}",
-            "leak": lambda row: style.number(abs(row["yaw_leak"]), 2)}
-    numbers = {f"{mode}_{what}": say("both", **{policy: word(kept_summary(policy, mode)) for policy in NAMES})
-               for mode in MODES for what, word in tell.items()}
-    exact = {f"{policy}_{mode}": tell["nees"](kept_summary(policy, mode, hosts="exact")) for policy in NAMES for mode in ("none", "full")}
-    four = {f"{observations}_{hosts}": tell["nees"](kept_summary("vins", hosts=hosts, observations=observations))
-            for observations, hosts in CAUSES}
-    runs = f"{kept_summary('vins')['runs']:.0f}"
-    first_yaw = consistency(KEPT, "vins", "none")["nees_yaw"][0]
-    return {"consistency_causes": say("consistency_causes", runs=runs, **four, **exact),
-            "consistency": say("consistency", runs=runs, first_yaw=f"{first_yaw:.2f}", **numbers)}
+    """{figure: its words}, which ask the kept tables for their numbers."""
+    names = {"case": kept_summary, "first": consistency(KEPT, "vins", "none").rows()[0]}
+    return {figure: say(figure, **names) for figure in ("consistency_causes", "consistency")}
 
 
 if __name__ == "__main__":

@@ -279,54 +279,18 @@ def draw(directory):
 
 
 def captions(directory, say):
-    """{figure: its words}, with every number taken from the tables."""
-    tables = tables_of(directory)
-    rms = lambda values: np.sqrt(np.mean(values**2))  # noqa: E731
-    one = lambda values, digits=2: style.number(float(values), digits)  # noqa: E731
-    both = lambda tell: say("both", **{policy: tell(policy) for policy in NAMES})  # noqa: E731
-    real = lambda way, column: both(lambda policy: one(KEPT("ablation_recording", policy=policy, way=way)[column][0]))  # noqa: E731
+    """{figure: its words}, which ask the tables for their numbers."""
     usual, constrained = (np.median(KEPT("ablation", policy="vins", way=way)["milliseconds"]) for way in WAYS[-2:])
-    qr = numbers.lost_to_schur(KEPT)
-    slower = numbers.qr_by_schur(KEPT)
-    last = lambda quantity: both(lambda policy: one(  # noqa: E731
-        numbers.median_over_flights(KEPT("calibration", policy=policy, quantity=quantity))[1][-1]))
     imu = KEPT("preintegration")
-    share = numbers.rotation_by_sample(KEPT)
-    fifth = lambda recording: both(lambda policy: one(  # noqa: E731
-        KEPT("distance", recording=recording, policy=policy, share=0.2)["q50"][0]))
-    ates = lambda keyframes: [numbers.over_keyframes(KEPT, "euroc_v1_01_easy", temporal, "ate_m")[1][keyframes] for temporal in numbers.TEMPORAL]  # noqa: E731
-    gone = tables("okvis_vertices", case="keyframe", fate="marginalized")["vertex"]
-    largest = numbers.solves(KEPT, solver="sparse", algorithm="Levenberg-Marquardt")[-1]
-    by = lambda solver, data_set: one(numbers.by_sparse(KEPT, solver, data_set))  # noqa: E731
-    about = KEPT("machine").rows()[0]
-    words = {
-        "systems_ablation": dict(
-            flights=len(np.unique(KEPT("ablation")["trial"])), real_ate=real("marginalized", "ate_m"),
-            real_fej=real("first estimates", "ate_m"), real_nees=real("marginalized", "nees_motion"),
-            time=one(constrained / usual)),
-        "systems_back_ends": dict(lost=one(1 / qr["weakness"]), qr=one(qr["worst_error"]), low=one(slower[0]), high=one(slower[-1])),
-        "systems_calibration": dict(flights=len(np.unique(KEPT("calibration")["trial"])), offset=last("offset_ms"),
-                                    rotation=last("rotation_deg")),
-        "systems_preintegration": dict(worst=one(100 * np.abs(imu["claimed"] / imu["measured"] - 1).max()),
-                                       tuned=one(share[200]), fast=one(share[1600])),
-        "systems_restart": dict(
-            silent=f"{numbers.SILENT[1] - numbers.SILENT[0]:.0f}",
-            alone=both(lambda policy: one(rms(tables("restart", policy=policy)["error_m"]))),
-            joint=both(lambda policy: one(rms(tables("restart", policy=policy)["joint_error_m"]))),
-            begins=both(lambda policy: one(tables("restart", policy=policy, segment=1)["t_s"][0], 3))),
-        "systems_distance": {name: fifth(recording) for recording, name in
-                             (("simulated", "simulated"), ("euroc_v1_01_easy", "euroc"), ("tango_walk", "tango"))},
-        "systems_window_size": dict(one_low=one(min(ates(0))), one_high=one(max(ates(0))), low=one(min(ates(2))),
-                                    high=one(max(ates(2))), twelve_low=one(min(ates(-1))), twelve_high=one(max(ates(-1)))),
-        "systems_okvis_cases": dict(landmarks=int((gone == "landmark").sum())),
-        "systems_pose_graphs": dict(
-            largest=largest["data_set"], unknowns=int(largest["unknowns"]), sparse=one(largest["milliseconds"]),
-            cholmod=by("cholmod", largest["data_set"]), pcg=by("pcg", largest["data_set"]), dense=by("dense", "intel"),
-            **{name: one(numbers.end_by_least(KEPT, "MIT", algorithm))
-               for name, algorithm in zip(("newton", "levenberg", "dogleg"), OF_ALGORITHM)},
-            processor=about["processor"], cores=f"{about['cores']:.0f}", load=f"{about['load']:.0f}"),
-    }
-    return {figure: say(figure, **values) for figure, values in words.items()}
+    names = {"kept": KEPT, "table": tables_of(directory), "usual": usual, "constrained": constrained, "qr": numbers.lost_to_schur(KEPT),
+             "slower": numbers.qr_by_schur(KEPT), "medians": numbers.median_over_flights, "claims": imu["claimed"] / imu["measured"],
+             "share": numbers.rotation_by_sample(KEPT), "silent": numbers.SILENT, "rms": lambda values: np.sqrt(np.mean(values**2)),
+             "ates": lambda keyframes: [numbers.over_keyframes(KEPT, "euroc_v1_01_easy", temporal, "ate_m")[1][keyframes]
+                                        for temporal in numbers.TEMPORAL],
+             "largest": numbers.solves(KEPT, solver="sparse", algorithm="Levenberg-Marquardt")[-1],
+             "by_sparse": numbers.by_sparse, "end_by_least": numbers.end_by_least}
+    return {f"systems_{figure}": say(f"systems_{figure}", **names) for figure in (
+        "ablation", "back_ends", "calibration", "preintegration", "restart", "distance", "window_size", "okvis_cases", "pose_graphs")}
 
 
 def nees_of(flights):
