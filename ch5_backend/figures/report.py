@@ -4,40 +4,8 @@ DIR/report.zh.html.
 
 usage: report.py [DIR]        DIR is out/ unless given; ch5_chapter --out DIR must have filled DIR/csv
 
-Tables, DIR/csv (one row of names, then numbers; meters, radians; costs are ½ Σ rᵀWr):
-  mono_ba_summary.csv    one row a scene ("course" 3×20, "large" 10×300): sizes, costs, iterations, RMSE, termination
-  mono_ba_trace.csv      scene,iteration,cost,lambda,gain_ratio,step_norm,gradient_max,trials,seconds
-  mono_ba_frames.csv     scene,state,frame,x_m…qw       state: truth, initial, final (aligned by a similarity)
-  mono_ba_points.csv     scene,state,point,x_m,y_m,z_m
-  mono_ba_iterations.csv scene,iteration,point,x_m,y_m,z_m   aligned by a similarity
-  hessian.csv            scene,matrix,row,column,value  matrix: H (poses, then landmarks; gauge free), S (Schur)
-  hessian_vertices.csv   scene,vertex,type,number,first_row,rows   whose rows they are
-  hessian_edges.csv      scene,edge,type,vertex         one row a vertex of an edge
-  hessian_blocks.csv     scene,matrix,row_vertex,column_vertex,by,number   what added to a block: edge or landmark
-  spectrum.csv           gauge,index,eigenvalue         of H, 3×20 scene, W = 1/σ²
-  marginalize_chain.csv  stage,row,column,value         stage: before, moved, after; the slides' 3×3
-  marginalize_scene.csv  stage,row,column,value         non-zeros of a 5×12 scene's H as it loses variables
-  marginalize_fill.csv   stage,size,non_zeros,density,null_dimension
-  prior_sweep.csv        variant,weight,…               variant: course, perturbed, minimal; tight stop rules
-  prior_trace.csv        variant,weight,iteration,cost,lambda
-  prior_trials.csv       variant,weight,… means over many scenes, usual stop rules
-  prior_damping.csv      damping,weight,… the course's variant, identity against diagonal damping
-  odometry_policies.csv  policy,ate_m,scale_error,yaw_error_deg,… one row a window policy, simulated recording
-  odometry_segments.csv  policy,segment,first_s,last_s,frames,ate_m,scale_error,yaw_error_deg   each restart begins one
-  odometry_path.csv      policy,segment,t_s,x_m,y_m,z_m,error_m  each segment laid upon the truth, itself a "policy"
-  odometry_windows.csv   policy,t_s,milliseconds,status,landmarks,iterations,initial_cost,final_cost
-  odometry_matrices.csv  policy,picture,t_s,stage,size,pose_rows,row,column,value  stage: window (H), prior (JᵀJ)
-  odometry_spectrum.csv  policy,t_s,index,eigenvalue,scaled   of the prior, and of it with a unit diagonal
-  odometry_gauge.csv     policy,t_s,direction,information,relative   the auditor's: what the prior knows of the gauge
-  odometry_warnings.csv  warning,value,other,axis   what is doubtful in a recording; words/ has a sentence warning.NAME for each
-  slide_vertices.csv     policy,vertex,number,row,rows,fate   what a slide of one window marginalizes; of the slides
-  slide_observations.csv  policy,landmark,frame,host,fate     prior, again (there, and used again), lost, stays
-  slide_matrices.csv     policy,stage,size,pose_rows,row,column,value   stage: window (H), before, after (priors)
-  slide_priors.csv       policy,stage,columns,rank,null_dimension,largest_gauge_information
-  slide_frames.csv       policy,image,frame,keyframe,speed,in_prior,prior_columns   the policy's window image by image
-  okvis_matrices.csv     case,stage,size,row,rows,column,columns,largest   of each block; stage: window, prior
-  okvis_vertices.csv     case,vertex,number,keyframe,row,rows,fate   what OKVIS marginalizes in its two cases
-  restart.csv            policy,t_s,segment,x_m,y_m,error_m,joint_error_m   no IMU for a second; one alignment over both
+The tables in DIR/csv and their columns: ch5_backend/experiments/tables.csv. Each has one row of names, then numbers in meters and
+radians; costs are ½ Σ rᵀWr.
 """
 
 import os

@@ -15,10 +15,9 @@ sys.dont_write_bytecode = True
 from ch5_backend.figures import marginalize, report, style, tables, translate
 from ch5_backend.figures.words import Words
 from tests.experiments import report_texts
+from tests.project import ROOT
 
 CHAPTER = os.environ["CH5_CHAPTER"]
-SWEEP = ("variant,weight,iterations,cost_evaluations,milliseconds,reprojection_cost,prior_cost,drift_position,"
-         "drift_rotation,rmse_position,rmse_rotation,rmse_landmark,termination").split(",")
 
 
 def run(*arguments):
@@ -53,10 +52,10 @@ class Tables(unittest.TestCase):
     def test_chapter_succeeds_and_is_quiet_in_a_pipe(self):
         self.assertEqual((self.done.returncode, self.done.stdout, self.done.stderr), (0, "", ""))
 
-    def test_every_table_in_the_list_exists_and_no_other(self):
-        listed = re.findall(r"^  (\w+)\.csv", report.__doc__, re.MULTILINE)
-        listed += re.findall(r"^  \w+\.csv, (\w+)\.csv", report.__doc__, re.MULTILINE)
-        self.assertEqual(sorted(path.stem for path in (self.out / "csv").iterdir()), sorted(listed))
+    def test_every_table_in_the_list_exists_with_its_columns_and_no_other(self):
+        listed = tables.read_table(ROOT / "ch5_backend/experiments/tables.csv").where(program="ch5_chapter").rows()
+        self.assertEqual({path.stem: " ".join(tables.read_table(path, may_be_empty=True).columns) for path in (self.out / "csv").iterdir()},
+                         {row["table"]: row["columns"] for row in listed})
 
     def test_each_scene_converges_much_nearer_to_the_truth(self):
         for row in tables.read(self.out, "mono_ba_summary").rows():
@@ -65,7 +64,6 @@ class Tables(unittest.TestCase):
 
     def test_sweep_has_a_row_for_each_variant_and_weight(self):
         sweep = tables.read(self.out, "prior_sweep")
-        self.assertEqual(list(sweep.columns), SWEEP)
         for variant in ("course", "perturbed", "minimal"):
             weights = sweep.where(variant=variant)["weight"]
             self.assertEqual(len(weights), 28)
@@ -74,14 +72,13 @@ class Tables(unittest.TestCase):
         # W = w nnᵀ of the minimal gauge is rank one but for its rounding, w·1e-16: rᵀWr of a residual of less than a
         # meter across n may fall as far below zero.
         self.assertTrue((sweep["prior_cost"] >= -1e-16 * sweep["weight"]).all())
-        for column in set(SWEEP[2:-1]) - {"prior_cost"}:
+        for column in sweep.columns.keys() - {"variant", "weight", "termination", "prior_cost"}:
             self.assertTrue((sweep[column] >= 0).all(), column)
         self.assertTrue((sweep["milliseconds"] > 0).all())
         self.assertTrue((sweep["cost_evaluations"] >= sweep["iterations"]).all())
 
     def test_traces_end_where_the_sweep_says(self):
         sweep, trace = tables.read(self.out, "prior_sweep"), tables.read(self.out, "prior_trace")
-        self.assertEqual(list(trace.columns), ["variant", "weight", "iteration", "cost", "lambda"])
         for variant in ("course", "minimal"):
             for weight in (0.0, 1.0, 1e10):
                 row = sweep.row(variant=variant, weight=weight)

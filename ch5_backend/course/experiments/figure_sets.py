@@ -2,6 +2,7 @@
 
 import shlex
 import sys
+from csv import DictReader
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -45,6 +46,12 @@ def csv(names: str) -> tuple:
     return tuple(f"csv/{name}.csv" for name in names.split())
 
 
+def written_by(program: str) -> tuple:
+    """The tables of experiments/tables.csv that it writes."""
+    with open(ROOT / "ch5_backend" / "experiments" / "tables.csv", newline="", encoding="utf-8") as file:
+        return csv(" ".join(row["table"] for row in DictReader(file) if row["program"] == program))
+
+
 def of_file(kind: str, path: str, tables: str, seconds: tuple, **more) -> FigureSet:
     """What ./course run FILE solves and draws."""
     stem = Path(path).stem
@@ -53,10 +60,10 @@ def of_file(kind: str, path: str, tables: str, seconds: tuple, **more) -> Figure
                      needs=path, **more)
 
 
-def of_deck(number: int, beside: str = "", tables: str = "", made_by: str = "") -> FigureSet:
+def of_deck(number: int, beside: str = "", tables: tuple = (), made_by: str = "") -> FigureSet:
     """The figures of a deck of slides, in both languages."""
     draw = f"slides.build --figures {number}- --csv {{out}}/csv --out {{out}}/slides"
-    return FigureSet(f"slides/{number}", "", csv(tables), made_by, draw, (10 if made_by else 0, 1), beside=beside)
+    return FigureSet(f"slides/{number}", "", tables, made_by, draw, (10 if made_by else 0, 1), beside=beside)
 
 
 def of_gauge(part: str, needs: str, seconds: tuple, **trials) -> FigureSet:
@@ -70,16 +77,9 @@ SYSTEMS = {"ablation": (30, 1), "ablation_recording": (1, 1), "consistency_recor
            "back_ends": (1, 1), "calibration": (6, 1),
            "preintegration": (1, 1), "distance": (1, 1), "window_size": (3, 1), "pose_graphs": (24, 1), "pose_graph_starts": (6, 1), "machine": (1, 1)}
 SETS = (
-    FigureSet("chapter", "", csv(
-        "mono_ba_summary mono_ba_trace mono_ba_frames mono_ba_points mono_ba_iterations hessian hessian_vertices "
-        "hessian_edges hessian_blocks spectrum prior_sweep prior_trials prior_damping prior_trace marginalize_chain "
-        "marginalize_scene marginalize_fill odometry_policies odometry_segments odometry_path odometry_windows odometry_matrices "
-        "odometry_spectrum odometry_gauge odometry_warnings slide_vertices slide_observations slide_matrices slide_priors slide_frames "
-        "okvis_matrices okvis_vertices restart"),
-        "ch5_chapter --out {out}", "ch5_backend.figures.report {out}", (10, 12)),
+    FigureSet("chapter", "", written_by("ch5_chapter"), "ch5_chapter --out {out}", "ch5_backend.figures.report {out}", (10, 12)),
     of_deck(1, "chapter"),
-    of_deck(2, "", "solver_pcg solver_spectrum solver_rules solver_half_damped solver_stop solver_paths solver_dogleg "
-            "solver_losses solver_outliers solver_corrections", "ch5_solvers --out {out}"),
+    of_deck(2, tables=written_by("ch5_solvers"), made_by="ch5_solvers --out {out}"),
     of_deck(3, "chapter"),
     of_deck(4, "gauge_paper gauge_prior_choice"),
     of_deck(5),
