@@ -1,7 +1,8 @@
 #!/usr/bin/python3
 """Builds the decks to HTML and PDF in out/slides/: fills in the numbers, draws the figures, calls Marp and Chromium.
 
-usage: build.py [--csv DIR] [--out DIR] [--html] [--images] [--tools] [--check] [--figures [--deck N]] [--overview] [DECK…]
+usage: build.py [--csv DIR] [--out DIR] [--html] [--images] [--tools] [--check] [--figures [--deck N]] [--overview]
+                [--reading] [DECK…]
 
   --csv DIR    tables of ./course run, default out/csv
   --out DIR    where the decks go, default out/slides
@@ -11,6 +12,7 @@ usage: build.py [--csv DIR] [--out DIR] [--html] [--images] [--tools] [--check] 
   --check      builds nothing: says which numbers, figures and words of the built decks are no longer those of the tables
   --figures    only draw the figures, SVG and PDF, into the folder figures of --out; needs no Node.js
   --overview   only redraw the guide's picture, slides/figures/overview.*.svg
+  --reading    only write the reading edition, slides/reading/, which the handouts link: see reading.py; needs no Node.js
   DECK         only those whose names begin so, such as 2-solvers.en or 2-solvers
 
 A deck is N-name.en.md and N-name.zh.md beside this file. Each page begins with <!-- slide: id -->, or with
@@ -46,6 +48,7 @@ from .browser import BuildError
 from .decks import choose, decks
 from .facts import written
 from .npm import WORK
+from .reading import reading
 from ch5_backend.figures.atomic_write import atomic_write, write_whole
 from ch5_backend.figures.queries import PLACEHOLDER
 from ch5_backend.figures.tables import TableError, Tables
@@ -108,6 +111,9 @@ class Prepared:
             self.figures[name] = module.FIGURES[name](tables, self.lang)
         self.text = SLIDE_ID.sub("", filled)
 
+    def reading(self):
+        return reading(self.name, self.lang, self.text, {name: TITLE.search(svg)[1] for name, svg in self.figures.items()})
+
     def record(self):
         """What the deck was made of, for --check."""
         return {"words": digest(self.source), "numbers": self.numbers,
@@ -164,12 +170,16 @@ def find_tools(arguments):
         browser.chromium()
 
 
+def prepare(chosen, arguments):
+    with ProcessPoolExecutor() as pool:
+        return list(pool.map(Prepared, chosen, [arguments.csv] * len(chosen)))
+
+
 def build(chosen, arguments):
     """The chosen decks, and the record of what they were made of."""
     out = arguments.out
     find_tools(arguments)  # before the work
-    with ProcessPoolExecutor() as pool:
-        prepared = list(pool.map(Prepared, chosen, [arguments.csv] * len(chosen)))
+    prepared = prepare(chosen, arguments)
     marp(prepared, out)
     record = read_record(out)
     for deck in prepared:
@@ -196,8 +206,7 @@ def check(chosen, arguments):
     record, stale = read_record(arguments.out), []
     built = [deck for deck in chosen if deck.stem in record and (arguments.out / f"{deck.stem}.html").exists()]
     stale += [f"{deck.stem}: not built yet" for deck in chosen if deck not in built]
-    with ProcessPoolExecutor() as pool:
-        prepared = dict(zip(built, pool.map(Prepared, built, [arguments.csv] * len(built))))
+    prepared = dict(zip(built, prepare(built, arguments)))
     for deck in built:
         page, old = arguments.out / f"{deck.stem}.html", record[deck.stem]
         new = prepared[deck].record()
@@ -229,6 +238,13 @@ def draw_figures(chosen, arguments):
                     partial.write_bytes(draw(tables, lang, "pdf"))
 
 
+def write_reading(chosen, arguments):
+    for deck in prepare(chosen, arguments):
+        write(HERE / "reading" / f"{deck.name}.md", deck.reading())
+        for name, svg in deck.figures.items():
+            write(HERE / "reading" / "figures" / f"{name}.{deck.lang}.svg", svg)
+
+
 def main(argv):
     parser = argparse.ArgumentParser(prog="build.py", description=__doc__.split("\n\n")[0], allow_abbrev=False)
     parser.add_argument("--csv", type=Path, default=ROOT / "out" / "csv", help="tables of ./course run")
@@ -239,6 +255,7 @@ def main(argv):
     parser.add_argument("--check", action="store_true", help="only say what is out of date")
     parser.add_argument("--figures", action="store_true", help="only draw the figures, into the folder figures of --out")
     parser.add_argument("--overview", action="store_true", help="only redraw the guide's picture")
+    parser.add_argument("--reading", action="store_true", help="only write the reading edition, slides/reading/")
     parser.add_argument("names", nargs="*", metavar="DECK", help="such as 2-solvers; default: all")
     arguments = parser.parse_args(argv)
     try:
@@ -248,6 +265,8 @@ def main(argv):
                 write(HERE / "figures" / f"overview.{lang}.svg", overview(Tables(arguments.csv), lang))
         elif arguments.figures:
             draw_figures(choose(arguments.names), arguments)
+        elif arguments.reading:
+            write_reading(choose(arguments.names), arguments)
         elif arguments.tools:
             find_tools(arguments)
         elif arguments.check:

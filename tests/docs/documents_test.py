@@ -9,9 +9,11 @@ from ch5_backend.course.base.commands import COMMANDS
 from ch5_backend.course.base.anchors import anchor
 from ch5_backend.figures.numbers import peers
 from ch5_backend.figures.tables import Tables
-from tests.docs.markdown import (DECKS, ENGINEERS, GUIDES, HANDOUTS, LIBRARY, PAGES, PAPERS, READMES, ROOT, fences, handouts,
-                                 headings, links, prose, read, sections, slides, spans)
+from tests.docs.markdown import (DECKS, ENGINEERS, GUIDES, HANDOUTS, LIBRARY, PAGES, PAPERS, READING, READMES, ROOT, fences,
+                                 handouts, headings, links, prose, read, sections, slides, spans)
 from tests.project import BUILD
+
+from slides import build
 
 PAIRS = (READMES, *ENGINEERS, HANDOUTS, *PAGES, GUIDES)
 ALL = [path for pair in PAIRS for path in pair]
@@ -54,7 +56,7 @@ class Documents(unittest.TestCase):
 
     def test_local_links_lead_somewhere(self):
         count = 0
-        for path in (*ALL, *LIBRARY, *PAPERS):
+        for path in (*ALL, *LIBRARY, *PAPERS, *READING):
             for link in links(read(path)):
                 if link.startswith("http"):
                     continue
@@ -169,12 +171,26 @@ class Documents(unittest.TestCase):
         for (path, *_), text in handouts():
             self.assertEqual([line for line in answers if len(line) > 12 and line in text], [], f"{path} gives answers away")
 
+    def test_reading_edition_has_the_words_of_the_decks(self):
+        """Whatever the numbers are: what stands between two placeholders is there, one after the other."""
+        code = build.blanks()
+        for deck in build.decks():
+            place, lang = ROOT / "slides/reading", build.language(deck)
+            titles = {name: build.TITLE.search(read(place / f"figures/{name}.{lang}.svg"))[1] for name in build.FIGURE.findall(read(deck))}
+            text = build.PLACEHOLDER.sub(lambda found: code.get(found[1], found[0]), build.SLIDE_ID.sub("", read(deck)))
+            made, end = read(place / deck.name), 0
+            for part in build.PLACEHOLDER.split(build.reading(deck.stem, lang, text, titles))[::2]:
+                start = made.find(part, end)
+                self.assertTrue(end <= start < end + 500, f"{deck.name} has changed: python3 -m slides.build --reading {deck.stem}\n{part}")
+                end = start + len(part)
+            self.assertEqual(end, len(made), deck.name)
+
     def test_every_stage_begins_with_its_lecture(self):
         for pages, _ in handouts():
             for page in pages:
                 if page.name.startswith("stage_"):
                     head = read(page).partition("\n## ")[0]
-                    self.assertRegex(head, r"\]\(\.\./\.\./slides/\d-[\w-]+\.(en|zh)\.md#", f"{page} names no page of a lecture")
+                    self.assertRegex(head, r"\]\(\.\./\.\./slides/reading/\d-[\w-]+\.(en|zh)\.md#", f"{page} names no page of a lecture")
 
     def test_debugger_page_has_the_programs_and_tests_of_the_stages(self):
         wanted = {}

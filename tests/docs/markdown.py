@@ -14,6 +14,7 @@ ENGINEERS = [(ROOT / f"ch5_backend/{page}.md", ROOT / f"ch5_backend/{page}.zh.md
 GUIDES = (ROOT / "ch5_homework/INSTRUCTORS.md", ROOT / "ch5_homework/INSTRUCTORS.zh.md")
 LIBRARY = (ROOT / "ch5_backend/README.md", ROOT / "ch5_backend/sparse/README.md")
 PAPERS = sorted((ROOT / ".github").glob("*.md"))
+READING = sorted((ROOT / "slides/reading").glob("*.md"))
 DECKS = sorted((ROOT / "slides").glob("[0-9]-*.en.md"))
 
 

@@ -1,4 +1,4 @@
-"""The homework's pages and the guide as web pages: Markdown as GitHub reads it, in the style of the reports."""
+"""The homework's pages, the lectures to read and the guide as web pages: Markdown as GitHub reads it, in the style of the reports."""
 
 import posixpath
 import re
@@ -8,7 +8,7 @@ from markupsafe import Markup, escape
 
 from ch5_backend.figures import page
 
-from ..base.anchors import anchor, page_of
+from ..base.anchors import anchor
 from ..base.cmake_build import ROOT
 from ..base.errors import CourseError
 
@@ -19,6 +19,7 @@ except ImportError:
     raise CourseError("the site needs markdown-it for Python; Debian and Ubuntu: apt-get install python3-markdown-it") from None
 
 HOMEWORK = {f"ch5_homework/README{end}.md": f"homework/index{end}.html" for end in ("", ".zh")}
+FIGURES = {"slides/figures": "figures", "slides/reading/figures": "lectures/figures"}
 GUIDE = {f"ch5_backend/{source}{end}.md": f"{place}{end}.html" for end in ("", ".zh")
          for source, place in (("GUIDE", "guide"), ("MAP", "map"), ("experiments/README", "measured"))}
 STYLE = Markup("""
@@ -30,6 +31,9 @@ article img { max-width: 100%; background: #fff; border-radius: .5rem; }
 article details { border-left: 3px solid var(--line); padding-left: .9rem; margin: .6rem 0; }
 article summary { cursor: pointer; font-weight: 600; }
 """)
+MATH = re.compile(r"\$\$.+?\$\$|\$(?:\\.|[^$\\])+\$", re.S)
+MATHJAX = Markup("""<script>MathJax = {{tex: {{inlineMath: [["$", "$"]]}}}}</script>
+<script defer src="{}"></script>""")
 SUBSCRIPT = re.compile(r"(?<!\w)([A-Za-zΑ-Ωα-ω])_([A-Za-z0-9]{1,3})(?![A-Za-z0-9_])")
 
 
@@ -37,7 +41,8 @@ def sources() -> dict:
     """{Markdown file: its page on the site}, of what students and engineers read."""
     handout = {f"ch5_homework/handout/{path.name}": f"homework/{path.stem}.html"
                for path in sorted((ROOT / "ch5_homework" / "handout").glob("*.md"))}
-    return {**HOMEWORK, **handout, **GUIDE}
+    lectures = {f"slides/reading/{path.name}": f"lectures/{path.stem}.html" for path in sorted((ROOT / "slides" / "reading").glob("*.md"))}
+    return {**HOMEWORK, **handout, **GUIDE, **lectures}
 
 
 class Links:
@@ -46,8 +51,8 @@ class Links:
     def __init__(self, there: set):
         self.there = there
         self.places = {**sources(), "README.md": "index.html", "README.zh.md": "index.html", "ch5_backend/README.md": "api/index.html"}
-        self.places |= {f"slides/{path.stem}.md": f"slides/{path.stem}.html" for path in (ROOT / "slides").glob("[0-9]-*.md")}
-        self.places |= {f"slides/figures/{path.name}": f"figures/{path.name}" for path in (ROOT / "slides/figures").glob("*.svg")}
+        for folder, place in FIGURES.items():
+            self.places |= {f"{folder}/{path.name}": f"{place}/{path.name}" for path in (ROOT / folder).glob("*.svg")}
 
     def follow(self, source: str, link: str) -> str:
         """The link of a page, as it reads on the site, or "" if the site has not what it leads to."""
@@ -58,8 +63,6 @@ class Links:
         place = self.places.get(target)
         if place not in self.there:
             return ""
-        if target.startswith("slides/") and target.endswith(".md"):
-            fragment = str(page_of((ROOT / target).read_text(encoding="utf-8"), fragment))
         found = posixpath.relpath(place, posixpath.dirname(self.places[source]) or ".")
         return found + (f"#{fragment}" if fragment else "")
 
@@ -71,15 +74,18 @@ def write_pages(site, links: Links) -> None:
         (site / place).parent.mkdir(exist_ok=True)
         title = re.search(r"^# (.*)$", text, re.MULTILINE)[1].replace("`", "")
         up = posixpath.relpath("index.html", posixpath.dirname(place) or ".")
+        mathjax = "api/mathjax/MathJax.js"  # without the API, formulas stay as they are typed
+        formulas = posixpath.relpath(mathjax, posixpath.dirname(place) or ".") if MATH.search(text) and (site / mathjax).exists() else ""
         language = "zh" if source.endswith(".zh.md") else "en"
         words = {"en": "Chapter 5", "zh": "第五章"}[language]
-        page.write(site / place, title, [Markup("<style>{}</style>\n<p><a href=\"{}#{}\">{}</a></p>\n<article>{}</article>").format(
-            STYLE, up, language, words, render(text, source, links))], language)
+        page.write(site / place, title, [Markup("<style>{}</style>{}\n<p><a href=\"{}#{}\">{}</a></p>\n<article>{}</article>").format(
+            STYLE, MATHJAX.format(formulas) if formulas else "", up, language, words, render(text, source, links))], language)
 
 
 def render(text: str, source: str, links: Links) -> Markup:
     """The body of one page. What a picture shows stays as it is typed; in sentences H_pp is set with a subscript."""
     reader = MarkdownIt("commonmark", {"html": True}).enable("table")
+    reader.inline.ruler.before("escape", "math", keep_math)
     tokens = reader.parse(text)
     for heading, inline in zip(tokens, tokens[1:]):
         if heading.type == "heading_open":
@@ -90,6 +96,15 @@ def render(text: str, source: str, links: Links) -> Markup:
             follow_links(token.children, source, links)
     html = reader.renderer.render(tokens, reader.options, {})
     return Markup(html.replace("<pre>", '<pre tabindex="0">').replace("<table>", '<table tabindex="0">'))
+
+
+def keep_math(state, silent: bool) -> bool:
+    """A formula between dollars stays as it is typed, for MathJax: nothing in it is emphasis or a link."""
+    if found := MATH.match(state.src, state.pos):
+        state.pos = found.end()
+        if not silent:
+            state.push("html_inline", "", 0).content = str(escape(found[0]))
+    return bool(found)
 
 
 def set_words(token: Token) -> list:

@@ -58,7 +58,7 @@ def course(*words) -> None:
 
 def assemble(out: Path, target: Path) -> None:
     """The site from what OUT holds, at once; says what is left out."""
-    from .handouts import Links, sources, write_pages
+    from .handouts import FIGURES, Links, sources, write_pages
     if target.exists() and any(target.iterdir()) and not (target / MARK).exists():
         raise CourseError(f"{target} holds something else than a site; choose another folder with --out")
     with tempfile.TemporaryDirectory(dir=target.parent, prefix=".site-") as folder:
@@ -66,7 +66,8 @@ def assemble(out: Path, target: Path) -> None:
         new.mkdir()
         (new / MARK).touch()
         left_out = [*bring_lab(out, new), *bring_decks(out, new), *bring_report(out, new), *bring_api(out, new)]
-        shutil.copytree(ROOT / "slides" / "figures", new / "figures", dirs_exist_ok=True)
+        for folder, place in FIGURES.items():
+            shutil.copytree(ROOT / folder, new / place, dirs_exist_ok=True)
         there = {str(path.relative_to(new)) for path in new.rglob("*") if path.is_file()} | {"index.html", *sources().values()}
         write_pages(new, Links(there))
         write_front(new)
@@ -145,12 +146,13 @@ def write_front(new: Path) -> None:
 
 
 def decks(new: Path, lang: str) -> list:
-    """[(title, [(file, "HTML" or "PDF")])]"""
+    """[(title, [(file, kind)])]: to read, and the slides."""
     found = []
     for deck in sorted((ROOT / "slides").glob(f"[0-9]-*.{lang}.md")):
         title = re.search(r"^title: (.*)$", deck.read_text(encoding="utf-8"), re.MULTILINE)[1].strip('"')
-        files = [(f"slides/{deck.stem}.{kind}", kind.upper()) for kind in ("html", "pdf")
-                 if (new / "slides" / f"{deck.stem}.{kind}").exists()]
+        files = [(f"lectures/{deck.stem}.html", {"en": "text", "zh": "文字"}[lang])]
+        files += [(f"slides/{deck.stem}.{kind}", kind.upper()) for kind in ("html", "pdf")
+                  if (new / "slides" / f"{deck.stem}.{kind}").exists()]
         found.append((title, files))
     return found
 

@@ -17,7 +17,6 @@ from pathlib import Path
 from ch5_backend.figures.atomic_write import atomic_write
 
 from ..base import prebuilt
-from ..base.anchors import page_of
 from ..base.cmake_build import BUILD, ROOT, build_or_fail
 from ..base.errors import CourseError, warn
 from .outputs import short_hash
@@ -28,7 +27,7 @@ from ..homework.regions import FILES, blanked, solution_text
 TOP = "chapter5"  # the folder that the archive unpacks to
 LEFT_OUT = (
     ".ci/", ".github/", "solutions/",
-    "slides/",  # their notes answer the questions of the lectures
+    "slides/",  # students read the PDFs, and the reading edition
     "ch5_homework/GRADING", "ch5_homework/INSTRUCTORS",
     "ch5_backend/course/grading/", "tests/grading/", "ch5_homework/judge/remote/",
     "tests/homework/workers.cmake", "tests/homework/wire_test.cc", "tests/homework/judge_and_worker_test.py",
@@ -38,7 +37,7 @@ LEFT_OUT = (
     "tests/homework/reference.cmake", "tests/homework/answers_test.py",
     "tests/homework/plain_ctest", "tests/homework/one_check.py", "tests/homework/end_to_end_test.py",
     "tests/homework/leftover_throw_test.py", "tests/homework/compiler_words_test.py", "tests/homework/languages_test.py")
-KEPT = ("slides/figures/", "ch5_homework/mistakes/answers.csv")  # the picture of the front page; mistakes' answers, as numbers
+KEPT = ("slides/figures/", "slides/reading/", "ch5_homework/mistakes/answers.csv")  # the picture of the front page; the lectures; mistakes' answers, as numbers
 # Of the front page: the rows for graders and instructors, and how to build the slides.
 NOT_GIVEN = re.compile(r"^(?:\|[^|\n]*\|[^|\n]*ch5_homework/(?:GRADING|INSTRUCTORS)\..*\n|`\./course slides`.*\n\n)", re.MULTILINE)
 LINK = re.compile(r"(?<!!)\[([^\]\n]+)\]\((?!https?:)([^)#\s]+)(#[^)\s]*)?\)")
@@ -149,12 +148,5 @@ def without_formulas(assembly: str) -> str:
 
 
 def without_dead_links(name: str, text: str, files: dict) -> str:
-    """A link to a deck leads to that page of its PDF; one to what the archive has not becomes its words."""
-    def keep(match):
-        deck = re.fullmatch(r"(.*slides/\d-[\w.-]+)\.md", match[2])
-        pdf = deck and posixpath.normpath(posixpath.join(posixpath.dirname(name), deck[1] + ".pdf"))
-        if pdf in files:
-            page = page_of((ROOT / pdf).with_suffix(".md").read_text(encoding="utf-8"), (match[3] or "")[1:])
-            return f"[{match[1]}]({deck[1]}.pdf#page={page})"
-        return match[0] if posixpath.normpath(posixpath.join(posixpath.dirname(name), match[2])) in files else match[1]
-    return LINK.sub(keep, text)
+    """A link to what the archive has not becomes its words."""
+    return LINK.sub(lambda link: link[0] if posixpath.normpath(posixpath.join(posixpath.dirname(name), link[2])) in files else link[1], text)
