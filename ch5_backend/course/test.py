@@ -37,7 +37,7 @@ def test(names: list, quick: bool, nightly: bool, extra: list) -> int:
             if re.match(r"\d+/\d+ ", line):
                 progress.step(line + (f"   {len(failed)} failed" if failed else ""))
         done = run_logged(command + extra, "ctest.log", step)
-    for line in told(done.stdout.splitlines()):
+    for line in worth_reading(done.stdout.splitlines()):
         print(line)
     if results.exists():
         print(skipped(results.read_text(encoding="utf-8", errors="replace")), end="")
@@ -46,7 +46,7 @@ def test(names: list, quick: bool, nightly: bool, extra: list) -> int:
     return 1 if done.returncode else 0
 
 
-def told(lines: list) -> list:
+def worth_reading(lines: list) -> list:
     """What is worth reading of CTest's words."""
     kept = []
     for line in lines:

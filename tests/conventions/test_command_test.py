@@ -5,7 +5,7 @@ import re
 import subprocess
 import unittest
 
-from ch5_backend.course.test import skipped, told
+from ch5_backend.course.test import skipped, worth_reading
 from tests.project import BUILD
 
 JUNIT = """<testsuite>
@@ -22,7 +22,7 @@ OK (skipped=1)</system-out></testcase>
 
 class Words(unittest.TestCase):
     def test_a_failure_begins_with_the_command_that_repeats_it(self):
-        lines = told(["Test project /p", "    Start 1: A.B", "1/3 Test #1: A.B ......   Passed    0.01 sec",
+        lines = worth_reading(["Test project /p", "    Start 1: A.B", "1/3 Test #1: A.B ......   Passed    0.01 sec",
                       "2/3 Test #2: S/T.X/0<std::vector> ...***Failed    0.02 sec", "expected 1, got 2",
                       "3/3 Test #3: C.d ....***Skipped   0.01 sec", "", "67% tests passed, 1 tests failed out of 3",
                       "The following tests did not run:", "\t  3 - C.d (Skipped)"])

@@ -12,7 +12,7 @@ from ch5_backend.course.homework.regions import STAGES
 from ch5_backend.course.homework import check, hint, hint_policy
 from ch5_backend.course.base.errors import CourseError
 from ch5_backend.course.base.language import sentence, speaker
-from ch5_backend.course.homework.diagnosis import Verdict, because, in_short, told
+from ch5_backend.course.homework.diagnosis import Verdict, because, in_short, describe
 
 DIAGNOSIS = {"stage": "1.1", "check": sentence("scene.H_of", what=sentence("1.1.one_edge_between_two_poses")),
              "expected": "(0, 6) = 2", "got": "(0, 6) = 0", "cause": sentence("assembly.mirror_missing"), "todo": "1.1b"}
@@ -80,7 +80,7 @@ class OtherNames(FolderTest):
         self.assertEqual(self.said("does-not-compile"), "its cause")
         for name in ("problem.cc.txt", "Problem.cc", "problem_final.cc"):
             (self.folder / name).write_text("")
-            self.assertIn(f"but {name} is", self.said("does-not-compile"))
+            self.assertIn(f"but there is {name}", self.said("does-not-compile"))
             (self.folder / name).rename(self.folder / "vins_window.cc")
         (self.folder / "problem.cc.txt").write_text("")
         (self.folder / "problem.cc").write_text("")
@@ -102,9 +102,9 @@ class Causes(FolderTest):
         self.edits += 1
         content = content or f"// edit {self.edits}".encode()
         diagnosis = hint_policy.hold_back(STAGES[0], verdict, threshold, content, counts).diagnosis
-        named = ["mirrored" in words for words in (told(diagnosis, ENGLISH), in_short(diagnosis, ENGLISH))]
+        named = ["mirrored" in words for words in (describe(diagnosis, ENGLISH), in_short(diagnosis, ENGLISH))]
         self.assertEqual(len(set(named)), 1, diagnosis)
-        self.assertIn("TODO 1.1b", told(diagnosis, ENGLISH))
+        self.assertIn("TODO 1.1b", describe(diagnosis, ENGLISH))
         return named[0]
 
     def wrong(self, **changes):
@@ -112,7 +112,7 @@ class Causes(FolderTest):
 
     def test_the_second_failure_names_it(self):
         self.assertEqual([self.shown(self.wrong()) for _ in range(3)], [False, True, True])
-        self.assertIn("./course hint 1.1 1", told(hint_policy.hold_back(STAGES[0], self.wrong(), 9, b"").diagnosis, ENGLISH))
+        self.assertIn("./course hint 1.1 1", describe(hint_policy.hold_back(STAGES[0], self.wrong(), 9, b"").diagnosis, ENGLISH))
 
     def test_an_unchanged_file_is_the_same_failure(self):
         self.assertEqual([self.shown(self.wrong(), content=b"same") for _ in range(3)], [False, False, False])

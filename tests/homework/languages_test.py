@@ -15,7 +15,7 @@ from ch5_backend.course.base import language
 from ch5_backend.course.base.language import PLACEHOLDER, sentence
 from ch5_backend.course.grading.rubric import read_rubric
 from ch5_backend.course.homework import blanks, check, compiler, hint_policy, judge
-from ch5_backend.course.homework.diagnosis import Verdict, because, in_full, in_short, told
+from ch5_backend.course.homework.diagnosis import Verdict, because, describe, in_full, in_short
 from ch5_backend.course.homework.regions import FILES, ROOT, STAGES, regions, solution_text, stage_of
 from ch5_backend.course.homework.samples import read_mistakes
 from tests.homework.chinese import CHINESE, SENTENCE, english_in
@@ -65,7 +65,7 @@ def printed(words: str):
     return mock.Mock(of=lambda test="": part)
 
 
-def rooms(text: str) -> set:
+def placeholders(text: str) -> set:
     return set(PLACEHOLDER.findall(text))
 
 
@@ -73,7 +73,7 @@ class Store(unittest.TestCase):
     def test_both_languages_have_the_same_and_leave_room_for_the_same(self):
         self.assertEqual(set(ENGLISH.sentences), set(CHINESE.sentences))
         for name, english in ENGLISH.sentences.items():
-            self.assertEqual(rooms(english), rooms(CHINESE.sentences[name]), name)
+            self.assertEqual(placeholders(english), placeholders(CHINESE.sentences[name]), name)
 
     def test_every_id_in_use_has_a_sentence_and_every_sentence_is_used(self):
         self.assertEqual(sorted(used() - set(ENGLISH.sentences)), [])
@@ -86,7 +86,7 @@ class Store(unittest.TestCase):
             if name in ENGLISH.sentences and all(keyword.arg for keyword in node.keywords):
                 calls += 1
                 ours = {keyword.arg for keyword in node.keywords} | ({"where"} if name.startswith("judge.") else set())
-                self.assertLessEqual(rooms(ENGLISH.sentences[name]), ours, name)
+                self.assertLessEqual(placeholders(ENGLISH.sentences[name]), ours, name)
         self.assertGreater(calls, 40)
 
     def test_every_text_in_the_checks_gives_what_its_sentence_wants(self):
@@ -95,13 +95,13 @@ class Store(unittest.TestCase):
             for name, arguments in re.findall(r'\{?"([\w.]+)",\s*\{(\{"\w+", (?:[^;]*?)\})\}\}?', path.read_text(encoding="utf-8")):
                 if name in ENGLISH.sentences:
                     texts += 1
-                    self.assertLessEqual(rooms(ENGLISH.sentences[name]), set(re.findall(r'\{"(\w+)", ', arguments)), name)
+                    self.assertLessEqual(placeholders(ENGLISH.sentences[name]), set(re.findall(r'\{"(\w+)", ', arguments)), name)
         self.assertGreater(texts, 80)
 
     def test_every_mistake_gives_what_its_sentence_wants_and_no_more(self):
         for one in read_mistakes():
             for text in sentences_in(one.cause) if one.state == "wrong" else ():
-                self.assertEqual(set(text) - {"id"}, rooms(ENGLISH.sentences[text["id"]]), one.name)
+                self.assertEqual(set(text) - {"id"}, placeholders(ENGLISH.sentences[text["id"]]), one.name)
 
     def test_no_sentence_stands_in_the_checks(self):
         scenes = {text for path in CHECKS.glob("scenes/*.cc") for text in literals_of_cpp(path)}  # by name, for both sides
@@ -143,14 +143,14 @@ class Told(unittest.TestCase):
                             [sentence("diagnosis.column", n="4"), sentence("scene.row_of", vertex=sentence("scene.pose", n="0"), component="δθ.y")]]}
 
     def test_a_diagnosis_is_told_in_both_languages(self):
-        self.assertEqual(told(self.DIAGNOSIS, ENGLISH), """Stage 7: H of 5 points and 5 poses in a row, one of them fixed
+        self.assertEqual(describe(self.DIAGNOSIS, ENGLISH), """Stage 7: H of 5 points and 5 poses in a row, one of them fixed
   expected  (30, 4) = -1.5e-07
   got       (30, 4) = -nan   the worst of 12 wrong entries, 1681 in all
   row 30    landmark 2, component 1
   column 4  pose 0, δθ.y
   cause     the diagonal blocks of H_pp: = is used where += is needed
   read      ch5_homework/handout/stage_7.md, TODO 7c""")
-        self.assertEqual(told(self.DIAGNOSIS, CHINESE), """阶段 7：H，排成一列的 5 个位姿和 5 个点，固定其中一个
+        self.assertEqual(describe(self.DIAGNOSIS, CHINESE), """阶段 7：H，排成一列的 5 个位姿和 5 个点，固定其中一个
   应为      (30, 4) = -1.5e-07
   实际      (30, 4) = -nan   共 1681 个元素，12 个不对，这个偏差最大
   第 30 行  路标点 2，第 1 个分量
@@ -158,7 +158,7 @@ class Told(unittest.TestCase):
   原因      H_pp 的对角块：把 += 写成了 =
   参阅      ch5_homework/handout/stage_7.zh.md，TODO 7c""")
         matrix = {"stage": "1.1", "check": "H", "expected": "[ 1  -2 ]\n[ 3e-9  4 ]"}
-        self.assertEqual(told(matrix, CHINESE).splitlines()[1:3], ["  应为      [ 1  -2 ]", "            [ 3e-9  4 ]"])
+        self.assertEqual(describe(matrix, CHINESE).splitlines()[1:3], ["  应为      [ 1  -2 ]", "            [ 3e-9  4 ]"])
 
     def test_a_cause_is_named_and_held_back(self):
         verdict = Verdict("wrong", self.DIAGNOSIS)
@@ -167,7 +167,7 @@ class Told(unittest.TestCase):
         with mock.patch.object(hint_policy, "remember", return_value=1):
             for threshold in (2, 3):
                 held = hint_policy.hold_back(stage_of("7c"), verdict, threshold, b"")
-                words = in_short(held.diagnosis, CHINESE) + told(held.diagnosis, CHINESE)
+                words = in_short(held.diagnosis, CHINESE) + describe(held.diagnosis, CHINESE)
                 self.assertEqual(english_in(words), "")
                 self.assertIn("./course hint 7 1", words)
                 self.assertNotIn("对角块", words)
@@ -212,8 +212,8 @@ class Read(unittest.TestCase):
             self.assertEqual(self.read("x", diagnosis=text).diagnosis["check"], "δp")
 
     def test_blanks_and_exceptions_are_named(self):
-        told_ = self.read('C++ exception with description "TODO 1.1a MakeHessian, whatever is not started" thrown')
-        self.assertEqual(told_.state, "not-started")
+        verdict = self.read('C++ exception with description "TODO 1.1a MakeHessian, whatever is not started" thrown')
+        self.assertEqual(verdict.state, "not-started")
         self.assertIn("C++ exception", self.read('x.cc:1\nC++ exception of another kind').output)
         blank = self.read('"TODO 1.1a MakeHessian, the block (v_i, v_j) is not started"').diagnosis
         self.assertEqual(in_short(blank, ENGLISH), "TODO 1.1a MakeHessian, the block (v_i, v_j) is not started.")

@@ -303,7 +303,7 @@ def time_of(student: Student, record: dict) -> tuple:
     return datetime.fromisoformat(record["handed_in"]), "file"
 
 
-def by_a_files_time(mark: Mark) -> bool:
+def is_late_by_file_time(mark: Mark) -> bool:
     """Whether points are lost by nothing but the time of a file, which every copy changes. Canvas says in a name who is late."""
     found = CANVAS.fullmatch(Path(mark.record["path"]).name) if mark.record else None
     return mark.lost > 0.0 and mark.time_from == "file" and not (found and found["late"])

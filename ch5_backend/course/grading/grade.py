@@ -94,7 +94,7 @@ def look_at(records: list, book, marks: list, lost: list, points: dict, say: Spe
     found += [(record["name"], unread(record)) for record in records if record["status"] == "not-read"]
     found += [(record["name"], say("grade.partly_read") + " " + unread(record)) for record in records
               if record["status"] == "graded" and record.get("unread")]
-    if late := [f"{one.student.id} {one.student.name}" for one in marks if classbook.by_a_files_time(one)]:
+    if late := [f"{one.student.id} {one.student.name}" for one in marks if classbook.is_late_by_file_time(one)]:
         found.append((say("grade.list").join(late), say("grade.by_a_files_time")))
     most = sum(points.values()) + sum(book.read.values() if book else ())
     if book and (theirs := gradebooks.refused_there(book, most)):
@@ -193,7 +193,7 @@ class Session:
             record["stages"] = sorted([*judged, *record["stages"]], key=lambda row: order.index(row["id"]))
         record["fingerprint"] = likeness.fingerprint(submission.files)
         folder.mkdir(exist_ok=True)
-        seen = mark(as_asked(json.loads(json.dumps(record)), self.stages), self.rubric)
+        seen = mark(limit_to(json.loads(json.dumps(record)), self.stages), self.rubric)
         outputs.write_one(folder, seen, self.say)
         pages.write_feedback(folder, seen, self.say)
         write_whole(folder / "record.json", json.dumps(record, ensure_ascii=False, indent=1), "backslashreplace")  # last: now it is done
@@ -230,8 +230,8 @@ def read_record(folder: Path, say: Speaker):
     return record
 
 
-def as_asked(record: dict, stages: list) -> dict:
-    """With the stages that were asked for, and what that makes of it: one of them may not have been judged yet."""
+def limit_to(record: dict, stages: list) -> dict:
+    """The record with the requested stages only, and its status then: one of them may not have been judged yet."""
     asked = [stage["id"] for stage in stages]
     record["stages"] = [row for row in record["stages"] if row["id"] in asked]
     lacking = set(asked) - {row["id"] for row in record["stages"]}
@@ -246,7 +246,7 @@ def as_asked(record: dict, stages: list) -> dict:
 def read_records(out: Path, stages: list, rubric: dict, say: Speaker) -> list:
     """All that are there, also those of other shards, by name, with the points of the rubric as it is now."""
     folders = sorted(path for path in out.iterdir() if path.is_dir())
-    return [mark(as_asked(record, stages), rubric) for folder in folders if (record := read_record(folder, say))]
+    return [mark(limit_to(record, stages), rubric) for folder in folders if (record := read_record(folder, say))]
 
 
 def tell(out: Path, records: list, looked_at: list, arguments, say: Speaker) -> None:

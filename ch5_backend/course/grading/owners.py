@@ -76,15 +76,15 @@ def owners_of(students: list, record: dict) -> list:
                 if any(set(map(folded, filter(None, (one.get("sid"), one.get("email"))))) & student.keys or
                        squeezed(one.get("name", "")) in student.names for one in submitters)]
     for text in texts:
-        if owners := by_platform(students, text):
+        if owners := match_platform(students, text):
             return owners
     for text in texts:
-        if owners := by_words(students, words_of(students, text)):
+        if owners := match_words(students, words_of(students, text)):
             return owners
     return []
 
 
-def by_platform(students: list, text: str) -> list:
+def match_platform(students: list, text: str) -> list:
     found = platform_name(text)
     if not found:
         return []
@@ -107,7 +107,7 @@ def words_of(students: list, text: str) -> str:
     return f"{found['person']} {found['rest']}" if found.re is MOODLE else text
 
 
-def by_words(students: list, text: str) -> list:
+def match_words(students: list, text: str) -> list:
     whole, names = folded(text), names_in(text)
     by_id = [student for student in students if any(has_word(whole, key) for key in student.keys)]
     by_name = [student for student in students if student.names & names]

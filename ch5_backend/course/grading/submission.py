@@ -128,7 +128,7 @@ def collect_path(path: Path, submission: Submission, above: str = "") -> None:
     try:
         kind = path.lstat()
         if stat.S_ISDIR(kind.st_mode):
-            collect_members(in_folder(path), submission)
+            collect_members(list_folder(path), submission)
             for member in archives_in(path):
                 collect_path(member, submission, f"{member.relative_to(path)}/")
         elif not stat.S_ISREG(kind.st_mode):  # a link may lead anywhere, a pipe may never end
@@ -140,7 +140,7 @@ def collect_path(path: Path, submission: Submission, above: str = "") -> None:
         elif other := other_kind(path):
             submission.blame(sentence("submission.other_kind", file=short(path.name), kind=other), True)
         else:
-            members = in_zip(path) if zipfile.is_zipfile(path) else in_tar(path)
+            members = list_zip(path) if zipfile.is_zipfile(path) else list_tar(path)
             collect_members(((above + name, size, read) for name, size, read in members), submission)
     except Exception as error:  # whatever an archive holds that Python's modules do not expect
         submission.blame(sentence("submission.unreadable", file=short(path.name), reason=reason_of(error)), True)
@@ -206,8 +206,8 @@ def collect_members(members, submission: Submission) -> None:
         submission.take(path, size, read)
 
 
-def in_folder(folder: Path):
-    """But its archives, which are opened."""
+def list_folder(folder: Path):
+    """Its files without archives, which are opened."""
     for member in sorted(folder.rglob("*")):
         kind = member.lstat()
         if not (member.name.lower().endswith(ARCHIVES) and stat.S_ISREG(kind.st_mode)):
@@ -219,7 +219,7 @@ def read_regular(path: Path) -> bytes:
         return file.read(LARGEST + 1)
 
 
-def in_zip(path: Path):
+def list_zip(path: Path):
     with zipfile.ZipFile(path) as archive:
         for member in archive.infolist():
             usual = stat.S_IFMT(member.external_attr >> 16) in (0, stat.S_IFREG) and \
@@ -234,7 +234,7 @@ def read_in_zip(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> bytes:
         return file.read(LARGEST + 1)
 
 
-def in_tar(path: Path):
+def list_tar(path: Path):
     with open(path, "rb") as file:
         first = file.read(6)
     unpack = next((unpack for magic, unpack in COMPRESSIONS.items() if first.startswith(magic)), open)

@@ -49,7 +49,7 @@ def groups_of(records: list, say: Speaker) -> list:
     return sorted((group for group in groups if len(group.names) > 1), key=lambda group: -len(group.names))
 
 
-def told(group: Group, say: Speaker) -> list:
+def cells_of(group: Group, say: Speaker) -> list:
     """A group's row without its size and the excerpt."""
     answer = group.answer
     place = say("grade.list").join(say.text(name) for _, name in answer.get("places", ()))
@@ -60,7 +60,7 @@ def told(group: Group, say: Speaker) -> list:
 def rows_of(groups: list, say: Speaker) -> list:
     """unnamed.csv"""
     head = ["students", "stage", "check", "entry", "expected", "got", "told", "todo", "lines"]
-    return [head, *([len(group.names), *told(group, say), group.row["diagnosis"].get("todo", ""), group.row.get("lines", "")]
+    return [head, *([len(group.names), *cells_of(group, say), group.row["diagnosis"].get("todo", ""), group.row.get("lines", "")]
                     for group in groups)]
 
 
@@ -70,7 +70,7 @@ def table(groups: list, say: Speaker) -> list:
         return []
     code = Markup("<pre>{}</pre>")
     head = ["grade.students", "grade.stage", "grade.check", "grade.entry", "grade.expected", "grade.got", "grade.told", "grade.lines"]
-    rows = [[len(group.names), *map(outputs.plain, told(group, say)), code.format(outputs.plain(group.row.get("lines", "")))]
+    rows = [[len(group.names), *map(outputs.plain, cells_of(group, say)), code.format(outputs.plain(group.row.get("lines", "")))]
             for group in groups]
     return [Markup("<h2>{}</h2><p>{}</p>").format(say("grade.unnamed"), say("grade.unnamed_means")),
             page.table(list(map(say, head)), rows, "words")]

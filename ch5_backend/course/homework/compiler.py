@@ -49,12 +49,12 @@ def does_not_compile(file: str, output: str, content) -> Verdict:
     patterns = [rf"{re.escape(file)}:\d+:(\d+:)? (fatal )?error: ", r":\d+: (fatal )?error: ", "multiple definition|undefined reference", "error: ",
                 "FAILED|ninja: "]
     first = next((i for pattern in patterns for i, line in enumerate(lines) if re.search(pattern, line)), 0)
-    cause = of_the_file(file, content) or of_the_linker(file, output, content)
+    cause = explain_file(file, content) or explain_linker(file, output, content)
     if not cause and lines:
         calling = where_called(file, lines, first) if not re.search(patterns[0], lines[first]) else ""
         words = f"{calling}: " + re.sub(r"^.*?error: ", "", lines[first]) if calling else lines[first]
-        cause = of_a_slip(calling or lines[first], lines[first], content) \
-            or (not calling and (of_a_header(lines[first]) or of_braces(file, lines, content))) or {"quoted": shorten(words)}
+        cause = explain_slip(calling or lines[first], lines[first], content) \
+            or (not calling and (explain_header(lines[first]) or explain_braces(file, lines, content))) or {"quoted": shorten(words)}
     shown_lines = "\n".join(shorten(line) for line in lines[first:first + SHOWN_LINES])
     return Verdict("does-not-compile", {"cause": cause or sentence("compiler.silent")}, shown_lines)
 
@@ -65,7 +65,7 @@ def warnings(path: Path, output: str) -> list:
     return [[int(line), words] for line, words in dict.fromkeys(found)]
 
 
-def of_the_file(file: str, content):
+def explain_file(file: str, content):
     """What is wrong with the file as a whole, or None."""
     if content is None:
         return sentence("compiler.file_missing", file=file, command=f"./course reset {file}")
@@ -74,7 +74,7 @@ def of_the_file(file: str, content):
     return None if content.strip() else sentence("compiler.file_empty", file=file, command=f"./course reset {file}")
 
 
-def of_the_linker(file: str, output: str, content: bytes):
+def explain_linker(file: str, output: str, content: bytes):
     """Which function is there twice, or not at all, or None."""
     if twice := re.search(TWICE, output):
         return sentence("compiler.own_main" if twice[1] == "main" else "compiler.defined_twice", file=file, name=twice[1])
@@ -89,7 +89,7 @@ def of_the_linker(file: str, output: str, content: bytes):
     return sentence("compiler.function_missing", name=name, file=file, command=f"./course reset {file}")
 
 
-def of_a_slip(place: str, error: str, content: bytes):
+def explain_slip(place: str, error: str, content: bytes):
     """A typical slip in the line of the student's file from which the error comes, or None."""
     found = re.search(r"(?<![^/:])([^/:]+:(\d{1,9})):\d+", place)  # a name from its beginning on, or a long one takes ages
     code = content.decode("utf-8", "replace").splitlines() if found else []
@@ -108,7 +108,7 @@ def of_a_slip(place: str, error: str, content: bytes):
     return cause and sentence("compiler.at", place=found[1], cause=cause)
 
 
-def of_a_header(error: str):
+def explain_header(error: str):
     """An error in a file of the project's that is not the student's, or None."""
     found = re.search(rf"{re.escape(str(ROOT))}/((?:ch5_backend|solutions)/[^:]+):\d+", error)
     return found and sentence("compiler.not_your_file", place=shorten(found[0]), command=f"git checkout {found[1]}")
@@ -124,7 +124,7 @@ def where_called(file: str, lines: list, error: int) -> str:
     return ""
 
 
-def of_braces(file: str, lines: list, content):
+def explain_braces(file: str, lines: list, content):
     """A brace that is missing or too many, with the line where it shows first, or None."""
     errors = [found for line in lines if (found := re.search(rf"({re.escape(file)}:(\d+)):\d+: error: (.*)", line))]
     code = re.sub(r'"[^"\n]*"|//.*', "", (content or b"").decode("utf-8", "replace"))

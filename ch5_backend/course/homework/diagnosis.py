@@ -57,7 +57,7 @@ def in_short(diagnosis: dict, say: Speaker) -> str:
     return say("diagnosis.in_short", what=what_of(diagnosis, say), cause=diagnosis["cause"])
 
 
-def told(diagnosis: dict, say: Speaker) -> str:
+def describe(diagnosis: dict, say: Speaker) -> str:
     """All of a test's diagnosis: what it is about, then labels, each with its text."""
     todo = diagnosis.get("todo", "").split()[-1:]
     lines = [(say(label), diagnosis[key]) for key, label in (("expected", "diagnosis.expected"), ("got", "diagnosis.got"))
@@ -75,6 +75,6 @@ def told(diagnosis: dict, say: Speaker) -> str:
 def in_full(diagnosis: dict, output: str, say: Speaker) -> str:
     """The whole verdict; above the compiler's own words, what they mean."""
     if "check" in diagnosis:
-        return told(diagnosis, say)
+        return describe(diagnosis, say)
     short = in_short(diagnosis, say)
     return output if short and output.startswith(short) else f"{short}\n\n{output}".strip()
