@@ -1,8 +1,6 @@
 /// The estimator live: live_odometry [FOLDER]. Images and IMU come from threads of their own, as drivers deliver them, here
 /// out of a recording or, without one, of a simulation; wheels are a further sensor, and poses come out at the IMU's rate.
-#include <atomic>
 #include <cstdio>
-#include <limits>
 #include <thread>
 
 #include "ch5_backend/files/recording_file.h"
@@ -45,18 +43,10 @@ int main(int argc, char** argv) {
         const ch5::Vec3& p = report.state->T_W_B.p;
         std::printf("%.3f s, segment %d: %7.3f %7.3f %7.3f\n", report.state->t, report.segment, p.x(), p.y(), p.z());
       });
-  std::atomic<double> imu_until = 0.0;  // a replay is faster than life: its camera must not run away from its IMU
   std::thread driver([&] {
-    for (const ch5::ImuMeasurement& measurement : recording.imu) {
-      estimator.AddImu(measurement);
-      imu_until = measurement.t;
-    }
-    imu_until = std::numeric_limits<double>::infinity();
+    for (const ch5::ImuMeasurement& measurement : recording.imu) estimator.AddImu(measurement);
   });
-  for (const ch5::Image& image : recording.images) {
-    while (imu_until < image.t) std::this_thread::yield();
-    estimator.AddFrame(image);
-  }
+  for (const ch5::Image& image : recording.images) estimator.AddFrame(image);
   driver.join();
   estimator.Finish();
   const auto last = estimator.PredictAt(recording.images.back().t);

@@ -84,6 +84,14 @@ void Estimator::Reset() {
   started_ = false;
 }
 
+void Estimator::Restart() {
+  if (started_) ++restarts_;
+  Reset();
+  imu_.clear();
+  track_ages_.clear();
+  forgotten_until_ = last_attempt_ = last_image_time_ = -std::numeric_limits<double>::infinity();
+}
+
 void Estimator::AddImu(const ImuMeasurement& measurement) {
   CheckMeasurement(measurement, imu_);
   imu_.push_back(measurement);
@@ -179,7 +187,8 @@ void Estimator::PredictFrame(Frame* frame) const {
 
 std::optional<StampedState> Estimator::PredictAt(double t) const {
   if (!started_) return std::nullopt;
-  return ch5::PredictAt(window_.StateOf(window_.frames.back()), imu_, t, options_.calibration, options_.max_imu_gap);
+  return ch5::PredictAt(window_.StateOf(window_.frames.back()), imu_, t, options_.calibration, options_.max_imu_gap,
+                        options_.weights.max_imu_seconds);
 }
 
 void Estimator::DropUsedMeasurements() {

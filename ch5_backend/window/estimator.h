@@ -131,8 +131,13 @@ class Estimator {
   /// The newest state, carried on by the IMU to a later time: for output at the IMU's rate. The measurements so far are
   /// used; the last one holds to t.
   /// @param t  by the IMU's clock [s]
-  /// @return nullopt while there is no estimate, before its newest frame, or further than max_imu_gap from a measurement
+  /// @return nullopt while there is no estimate, before its newest frame, further than max_imu_gap from a measurement, or
+  ///         longer after that frame than the IMU may carry (WindowWeights::max_imu_seconds)
   std::optional<StampedState> PredictAt(double t) const;
+
+  /// Forgets all measurements, after which clocks may read anything: for drivers that have been restarted. A new segment
+  /// begins, as after a gap; the calibration is again the given one.
+  void Restart();
 
   Snapshot TakeSnapshot() const;
   int Segment() const { return segment_; }

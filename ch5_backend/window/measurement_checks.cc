@@ -34,11 +34,15 @@ namespace {
 
 // @param image  " of the image at t = …", or of camera 1's
 void CheckTracks(const std::vector<TrackedPoint>& tracks, const std::string& image) {
-  constexpr double kFar = 10.0;  // 84° off the axis
+  constexpr double kFar = 10.0;   // 84° off the axis
+  constexpr double kMost = 1e3;   // 89.9°: no lens's, and its square would fill a Hessian
   size_t far = 0;
   std::vector<int> ids;
   for (const TrackedPoint& point : tracks) {
-    if (!point.x.allFinite()) throw MeasurementError("track " + std::to_string(point.id) + image + " is not finite");
+    if (!(point.x.norm() <= kMost)) {
+      const char* fault = point.x.allFinite() ? " lies beyond 1000 in the normalized plane" : " is not finite";
+      throw MeasurementError("track " + std::to_string(point.id) + image + fault);
+    }
     ids.push_back(point.id);
     if (point.x.norm() > kFar) ++far;
   }

@@ -36,9 +36,9 @@ StampedState Predict(const StampedState& from, const Preintegration& imu, double
 }
 
 std::optional<StampedState> PredictAt(const StampedState& from, const std::vector<ImuMeasurement>& imu, double t,
-                                      const Calibration& calibration, double max_gap) {
+                                      const Calibration& calibration, double max_gap, double max_age) {
   if (t == from.t) return from;
-  if (!(t > from.t) || HasImuGap(imu, from.t, t, max_gap)) return std::nullopt;
+  if (!(t > from.t && t - from.t <= max_age) || HasImuGap(imu, from.t, t, max_gap)) return std::nullopt;
   StampedState state = Predict(from, *IntegrateFrom(from, imu, t, calibration.noise), calibration.gravity);
   state.t = t;  // without the rounding of a sum
   return state;

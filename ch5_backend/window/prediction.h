@@ -24,9 +24,10 @@ std::shared_ptr<Preintegration> IntegrateFrom(const StampedState& from, const st
 StampedState Predict(const StampedState& from, const Preintegration& imu, double gravity);
 
 /// The state at a later time t; `from` itself at its own.
-/// @param imu  strictly increasing in time;  @param max_gap  the longest time without a measurement [s]
-/// @return nullopt before `from`, or if there is a longer gap in the measurements from there to t
+/// @param imu      strictly increasing in time
+/// @param max_gap  the longest time without a measurement [s];  @param max_age  the longest time after `from` [s]
+/// @return nullopt before `from`, too long after it, or if there is a longer gap in the measurements from there to t
 std::optional<StampedState> PredictAt(const StampedState& from, const std::vector<ImuMeasurement>& imu, double t,
-                                      const Calibration& calibration, double max_gap);
+                                      const Calibration& calibration, double max_gap, double max_age);
 
 }  // namespace ch5

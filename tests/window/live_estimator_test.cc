@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <chrono>
+#include <string>
 #include <thread>
 
 #include "tests/window/simulations.h"
@@ -118,15 +121,108 @@ TEST(LiveEstimator, EndsWithImagesThatWait) {
   live.AddFrame({1.0, {}});
 }
 
+std::vector<ImuMeasurement> AtRest(double from, double until) {
+  std::vector<ImuMeasurement> imu;
+  for (double t = from; t < until; t += 0.005) imu.push_back({t, Vec3(0, 0, 9.81), Vec3::Zero()});
+  return imu;
+}
+
 TEST(LiveEstimator, ASilentImuDoesNotHoldImagesForEver) {
-  int restarted_or_waiting = 0;
-  {
-    LiveEstimator live(EstimatorOptions{}, MakeVinsPolicy(),
-                       [&](const FrameReport& report, const Estimator&) { restarted_or_waiting += !report.state; });
-    for (int k = 0; k < 300; ++k) live.AddFrame({0.1 * k, {}});
-    live.Finish();
+  std::atomic<int> reports = 0;
+  LiveOptions options;
+  options.patience = 0.05;
+  LiveEstimator live(EstimatorOptions{}, MakeVinsPolicy(), [&](const FrameReport&, const Estimator&) { ++reports; },
+                     options);
+  for (int k = 0; k < 300; ++k) live.AddFrame({0.1 * k, {}});
+  while (live.GetBacklog().waiting > 0) std::this_thread::yield();  // without Finish; or the test does not end
+  live.Finish();
+  EXPECT_EQ(reports, 300);
+}
+
+// However far the images run ahead of a measurement that comes in the end.
+TEST(LiveEstimator, ImagesHalfAMinuteAheadWaitForTheirReadings) {
+  std::vector<std::string> messages, expected;
+  LiveEstimator live(EstimatorOptions{}, MakeVinsPolicy(),
+                     [&](const FrameReport& report, const Estimator&) { messages.push_back(report.message); });
+  Estimator one(EstimatorOptions{}, MakeVinsPolicy());
+  for (int k = 0; k < 300; ++k) live.AddFrame({0.1 * k, {}});
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  EXPECT_EQ(live.GetBacklog().waiting, 300u);
+  const std::vector<ImuMeasurement> imu = AtRest(0.0, 30.0);
+  for (const ImuMeasurement& measurement : imu) live.AddImu(measurement);
+  live.Finish();
+  size_t fed = 0;
+  for (int k = 0; k < 300; ++k) {
+    for (; fed < imu.size() && (fed == 0 || imu[fed - 1].t < 0.1 * k); ++fed) one.AddImu(imu[fed]);
+    expected.push_back(one.AddFrame({0.1 * k, {}}).message);
   }
-  EXPECT_EQ(restarted_or_waiting, 300);
+  EXPECT_EQ(messages, expected);
+}
+
+TEST(LiveEstimator, WhoCannotKeepUpDropsImagesAndIsNeverLate) {
+  constexpr double kMaxLag = 0.5, kPeriod = 0.1;
+  LiveOptions options;
+  options.max_lag = kMaxLag;
+  std::atomic<bool> goes_on = false;
+  size_t reports = 0;
+  LiveEstimator live(EstimatorOptions{}, MakeVinsPolicy(), [&](const FrameReport&, const Estimator&) {
+    ++reports;
+    while (!goes_on) std::this_thread::yield();  // a solve that takes as long as all images
+  }, options);
+  for (const ImuMeasurement& measurement : AtRest(0.0, 30.1)) live.AddImu(measurement);
+  live.AddFrame({0.0, {}});
+  while (live.GetBacklog().waiting > 0) std::this_thread::yield();
+  for (int k = 1; k <= 300; ++k) live.AddFrame({kPeriod * k, {}});
+  EXPECT_EQ(live.GetBacklog().waiting, 300u);
+  EXPECT_DOUBLE_EQ(live.GetBacklog().seconds, 30.0);
+  goes_on = true;
+  live.Finish();
+  const Backlog end = live.GetBacklog();
+  EXPECT_EQ(end.waiting, 0u);
+  EXPECT_EQ(end.seconds, 0.0);
+  EXPECT_EQ(reports + end.dropped, 301u);
+  EXPECT_NEAR(static_cast<double>(reports), 1 + kMaxLag / kPeriod + 1, 1.1) << "the first one, and those within the lag";
+}
+
+TEST(LiveEstimator, GoesOnAfterARestartWhenClocksJumpBack) {
+  const Recording recording = SimulateFourSeconds();
+  std::vector<StampedState> states;
+  std::vector<int> segments;
+  LiveEstimator live(EstimatorOptions{recording.calibration}, MakeVinsPolicy(),
+                     [&](const FrameReport& report, const Estimator&) {
+                       if (!report.state) return;
+                       states.push_back(*report.state);
+                       segments.push_back(report.segment);
+                     });
+  const auto feed = [&] {
+    for (const ImuMeasurement& measurement : recording.imu) live.AddImu(measurement);
+    for (const Image& image : recording.images) live.AddFrame(image);
+    live.Finish();
+  };
+  feed();
+  EXPECT_THROW(live.AddImu(recording.imu.front()), MeasurementError);
+  live.Restart();
+  EXPECT_FALSE(live.PredictAt(recording.images.back().t));
+  feed();
+  const size_t half = states.size() / 2;
+  ASSERT_GT(half, 20u);
+  EXPECT_EQ(states.size(), 2 * half);
+  EXPECT_EQ(segments.front(), 0);
+  EXPECT_EQ(segments.back(), 1);
+  EXPECT_LT((states.back().v_W - states[half - 1].v_W).norm(), 0.05) << "the same flight, laid upon the last position";
+}
+
+TEST(LiveEstimator, NothingIsPredictedLongerThanTheImuMayCarry) {
+  const Recording recording = SimulateFourSeconds();
+  EstimatorOptions options{recording.calibration};
+  LiveEstimator live(options, MakeVinsPolicy(), nullptr);
+  for (const ImuMeasurement& measurement : recording.imu) live.AddImu(measurement);
+  for (const Image& image : recording.images) live.AddFrame(image);
+  live.Finish();
+  const double end = recording.imu.back().t, most = recording.images.back().t + options.weights.max_imu_seconds;
+  for (const ImuMeasurement& measurement : AtRest(end + 0.005, most + 1.0)) live.AddImu(measurement);
+  EXPECT_TRUE(live.PredictAt(most - 0.01));
+  EXPECT_FALSE(live.PredictAt(most + 0.01));
 }
 
 }  // namespace
