@@ -34,22 +34,26 @@ namespace {
 
 // @param image  " of the image at t = …", or of camera 1's
 void CheckTracks(const std::vector<TrackedPoint>& tracks, const std::string& image) {
-  constexpr double kFar = 10.0;   // 84° off the axis
-  constexpr double kMost = 1e3;   // 89.9°: no lens's, and its square would fill a Hessian
+  constexpr double kFar = 10.0;  // 84° off the axis
+  constexpr double kMost = 1e3;  // 89.9°: no lens's, and the square of 1e160 is not finite
   size_t far = 0;
+  const TrackedPoint* beyond = nullptr;
   std::vector<int> ids;
   for (const TrackedPoint& point : tracks) {
-    if (!(point.x.norm() <= kMost)) {
-      const char* fault = point.x.allFinite() ? " lies beyond 1000 in the normalized plane" : " is not finite";
-      throw MeasurementError("track " + std::to_string(point.id) + image + fault);
-    }
+    if (!point.x.allFinite()) throw MeasurementError("track " + std::to_string(point.id) + image + " is not finite");
     ids.push_back(point.id);
     if (point.x.norm() > kFar) ++far;
+    if (point.x.norm() > kMost) beyond = &point;
   }
+  std::ostringstream text;
   if (2 * far > tracks.size()) {
-    std::ostringstream text;
     text << "most tracks" << image << " are far from the normalized plane's center, one at ("
          << tracks.front().x.transpose() << "): are they pixels?";
+    throw MeasurementError(text.str());
+  }
+  if (beyond) {
+    text << "track " << beyond->id << image << " is at (" << beyond->x.transpose()
+         << ") of the normalized plane, where no lens sees";
     throw MeasurementError(text.str());
   }
   std::sort(ids.begin(), ids.end());

@@ -485,6 +485,8 @@ const std::vector<Case> kMeasurements = {
      "stands twice in the image"},
     {"a track of NaN", [] { return Follow([](Recording* r) { r->images[3].tracks[0].x[0] = kNaN; }); },
      "is not finite"},
+    {"a track at 1e160", [] { return Follow([](Recording* r) { r->images[3].tracks[0].x[0] = 1e160; }); },
+     "of the normalized plane, where no lens sees"},
     {"pixels",
      [] {
        return Follow([](Recording* r) {

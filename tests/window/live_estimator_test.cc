@@ -131,8 +131,8 @@ TEST(LiveEstimator, ASilentImuDoesNotHoldImagesForEver) {
   std::atomic<int> reports = 0;
   LiveOptions options;
   options.patience = 0.05;
-  LiveEstimator live(EstimatorOptions{}, MakeVinsPolicy(), [&](const FrameReport&, const Estimator&) { ++reports; },
-                     options);
+  LiveEstimator live(
+      EstimatorOptions{}, MakeVinsPolicy(), [&](const FrameReport&, const Estimator&) { ++reports; }, options);
   for (int k = 0; k < 300; ++k) live.AddFrame({0.1 * k, {}});
   while (live.GetBacklog().waiting > 0) std::this_thread::yield();  // without Finish; or the test does not end
   live.Finish();
@@ -165,10 +165,13 @@ TEST(LiveEstimator, WhoCannotKeepUpDropsImagesAndIsNeverLate) {
   options.max_lag = kMaxLag;
   std::atomic<bool> goes_on = false;
   size_t reports = 0;
-  LiveEstimator live(EstimatorOptions{}, MakeVinsPolicy(), [&](const FrameReport&, const Estimator&) {
-    ++reports;
-    while (!goes_on) std::this_thread::yield();  // a solve that takes as long as all images
-  }, options);
+  LiveEstimator live(
+      EstimatorOptions{}, MakeVinsPolicy(),
+      [&](const FrameReport&, const Estimator&) {
+        ++reports;
+        while (!goes_on) std::this_thread::yield();  // a solve that takes as long as all images
+      },
+      options);
   for (const ImuMeasurement& measurement : AtRest(0.0, 30.1)) live.AddImu(measurement);
   live.AddFrame({0.0, {}});
   while (live.GetBacklog().waiting > 0) std::this_thread::yield();
@@ -181,7 +184,8 @@ TEST(LiveEstimator, WhoCannotKeepUpDropsImagesAndIsNeverLate) {
   EXPECT_EQ(end.waiting, 0u);
   EXPECT_EQ(end.seconds, 0.0);
   EXPECT_EQ(reports + end.dropped, 301u);
-  EXPECT_NEAR(static_cast<double>(reports), 1 + kMaxLag / kPeriod + 1, 1.1) << "the first one, and those within the lag";
+  EXPECT_NEAR(static_cast<double>(reports), 1 + kMaxLag / kPeriod + 1, 1.1)
+      << "the first one, and those within the lag";
 }
 
 TEST(LiveEstimator, GoesOnAfterARestartWhenClocksJumpBack) {
