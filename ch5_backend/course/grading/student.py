@@ -38,8 +38,8 @@ LEFT_OUT = (
     "tests/homework/plain_ctest", "tests/homework/one_check.py", "tests/homework/end_to_end_test.py",
     "tests/homework/leftover_throw_test.py", "tests/homework/compiler_words_test.py", "tests/homework/languages_test.py")
 KEPT = ("slides/figures/", "slides/reading/", "ch5_homework/mistakes/answers.csv")  # the picture of the front page; the lectures; mistakes' answers, as numbers
-# Of the front page: the rows for graders and instructors, and how to build the slides.
-NOT_GIVEN = re.compile(r"^(?:\|[^|\n]*\|[^|\n]*ch5_homework/(?:GRADING|INSTRUCTORS)\..*\n|`\./course slides`.*\n\n)", re.MULTILINE)
+# Of the front page: the rows for graders, instructors and contributors, and how to build the slides.
+NOT_GIVEN = re.compile(r"^(?:\|[^|\n]*\|[^|\n]*(?:ch5_homework/(?:GRADING|INSTRUCTORS)|\.github/CONTRIBUTING)\..*\n|`\./course slides`.*\n\n)", re.MULTILINE)
 LINK = re.compile(r"(?<!!)\[([^\]\n]+)\]\((?!https?:)([^)#\s]+)(#[^)\s]*)?\)")
 STORE = re.compile(r"ch5_backend/course/base/language/\w+\.json")
 SECRET_TOPICS = ("1.1", "1.2", "2", "3", "4", "5", "6", "7", "formula")
