@@ -100,18 +100,23 @@ def main(argv: list, only_read: bool = False) -> int:
         processes.end_all()
         return code
     except BaseException as error:  # library code may turn a stop into an error of its own
-        processes.end_all()
-        if processes.stopped_by():
-            return fail("stopped", 128 + processes.stopped_by(), as_json)
-        if isinstance(error, CourseError):
-            message = error.message if isinstance(error.message, dict) else {"quoted": error.message}
-            return fail(say.text(message), error.exit_code, as_json)
-        if isinstance(error, BrokenPipeError) and not error.filename:  # who read us has seen enough, as head does
-            silence()
-            return 128 + signal.SIGPIPE
-        if isinstance(error, OSError):
-            return fail(f"{error.filename or 'standard output'}: {error.strerror}", 2, as_json)
-        raise
+        return exit_code_of(error, say, as_json)
+
+
+def exit_code_of(error: BaseException, say: language.Speaker, as_json: bool) -> int:
+    """Ends what runs and tells what went wrong; raises an error that is a fault of ours."""
+    processes.end_all()
+    if processes.stopped_by():
+        return fail("stopped", 128 + processes.stopped_by(), as_json)
+    if isinstance(error, CourseError):
+        message = error.message if isinstance(error.message, dict) else {"quoted": error.message}
+        return fail(say.text(message), error.exit_code, as_json)
+    if isinstance(error, BrokenPipeError) and not error.filename:  # who read us has seen enough, as head does
+        silence()
+        return 128 + signal.SIGPIPE
+    if isinstance(error, OSError):
+        return fail(f"{error.filename or 'standard output'}: {error.strerror}", 2, as_json)
+    raise error
 
 
 def fail(message: str, exit_code: int, as_json: bool) -> int:

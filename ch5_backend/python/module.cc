@@ -161,14 +161,8 @@ class PyEstimator {
   ch5::Estimator estimator_;
 };
 
-}  // namespace
-
-PYBIND11_MODULE(ch5, module) {
+void DefineVertices(py::module_& module) {
   using Numbers = Eigen::VectorXd;
-  module.doc() =
-      "Chapter 5's back end: graphs, priors and the visual-inertial estimator. Poses are [p, q_x, q_y, q_z, q_w].";
-  module.attr("__version__") = py::str("{}.{}.{}").format(CH5_VERSION_MAJOR, CH5_VERSION_MINOR, CH5_VERSION_PATCH);
-
   py::class_<ch5::Vertex, std::shared_ptr<ch5::Vertex>>(module, "Vertex")
       .def_property(
           "x", [](const ch5::Vertex& v) { return ch5::VecX(v.Parameters()); },
@@ -189,7 +183,9 @@ PYBIND11_MODULE(ch5, module) {
           "x", [](const ch5::VertexPose& pose) { return pose.GetEstimate(); },
           [](ch5::VertexPose& pose, const ch5::VertexPose::Estimate& x) { pose.SetEstimate(x); },
           "[p, q]; q is normalized.");
+}
 
+void DefineEdges(py::module_& module) {
   py::class_<ch5::Edge, std::shared_ptr<ch5::Edge>>(module, "Edge",
                                                     "r(x_0, x_1, ...) of `size` rows; cost rho(r^T W r) / 2.")
       .def(py::init([](std::vector<std::shared_ptr<ch5::Vertex>> vertices, py::function residual, int size,
@@ -211,7 +207,9 @@ PYBIND11_MODULE(ch5, module) {
         return std::make_shared<ch5::EdgeSE3Between>(std::move(i), std::move(j), ch5::Qd(q[3], q[0], q[1], q[2]), p);
       },
       py::arg("i"), py::arg("j"), py::arg("p"), py::arg("q"), "The measured pose of j as seen from i.");
+}
 
+void DefineGraph(py::module_& module) {
   py::class_<ch5::Graph>(module, "Graph")
       .def(py::init<>())
       .def("add", [](ch5::Graph& g, std::shared_ptr<ch5::Vertex> v) { return g.AddVertex(std::move(v)); })
@@ -232,7 +230,30 @@ PYBIND11_MODULE(ch5, module) {
             return prior ? py::object(py::make_tuple(prior->GetPrior().J, prior->GetPrior().r0)) : py::none();
           },
           "Drops vertices; returns the prior's (J, r0), which is in the graph, or None.");
+}
 
+/// (calibration, IMU, images) of a recording's folder.
+py::tuple ReadRecording(const std::string& folder) {
+  const ch5::Recording recording = ch5::ReadRecording(folder);
+  ch5::MatXX imu(recording.imu.size(), 7);
+  for (size_t k = 0; k < recording.imu.size(); ++k) {
+    imu.row(static_cast<Eigen::Index>(k)) << recording.imu[k].t, recording.imu[k].acceleration.transpose(),
+        recording.imu[k].gyroscope.transpose();
+  }
+  py::list frames;
+  for (const ch5::Image& image : recording.images) {
+    std::vector<int> ids;
+    Eigen::Matrix<double, Eigen::Dynamic, 2> points(image.tracks.size(), 2);
+    for (size_t k = 0; k < image.tracks.size(); ++k) {
+      ids.push_back(image.tracks[k].id);
+      points.row(static_cast<Eigen::Index>(k)) = image.tracks[k].x;
+    }
+    frames.append(py::make_tuple(image.t, ids, points));
+  }
+  return py::make_tuple(recording.calibration, imu, frames);
+}
+
+void DefineEstimator(py::module_& module) {
   py::class_<ch5::Calibration>(module, "Calibration")
       .def(py::init<>())
       .def_readwrite("fx", &ch5::Calibration::fx)
@@ -256,27 +277,18 @@ PYBIND11_MODULE(ch5, module) {
       .def("add_imu", &PyEstimator::AddImu, py::arg("t"), py::arg("acceleration"), py::arg("gyroscope"))
       .def("add_frame", &PyEstimator::AddFrame, py::arg("t"), py::arg("ids"), py::arg("points"))
       .def("predict_at", &PyEstimator::PredictAt, py::arg("t"));
+  module.def("read_recording", &ReadRecording,
+             "calibration, IMU as rows of t, acceleration, gyroscope, and images as tuples (t, ids, points).");
+}
 
-  module.def(
-      "read_recording",
-      [](const std::string& folder) {
-        const ch5::Recording recording = ch5::ReadRecording(folder);
-        ch5::MatXX imu(recording.imu.size(), 7);
-        for (size_t k = 0; k < recording.imu.size(); ++k) {
-          imu.row(static_cast<Eigen::Index>(k)) << recording.imu[k].t, recording.imu[k].acceleration.transpose(),
-              recording.imu[k].gyroscope.transpose();
-        }
-        py::list frames;
-        for (const ch5::Image& image : recording.images) {
-          std::vector<int> ids;
-          Eigen::Matrix<double, Eigen::Dynamic, 2> points(image.tracks.size(), 2);
-          for (size_t k = 0; k < image.tracks.size(); ++k) {
-            ids.push_back(image.tracks[k].id);
-            points.row(static_cast<Eigen::Index>(k)) = image.tracks[k].x;
-          }
-          frames.append(py::make_tuple(image.t, ids, points));
-        }
-        return py::make_tuple(recording.calibration, imu, frames);
-      },
-      "calibration, IMU as rows of t, acceleration, gyroscope, and images as tuples (t, ids, points).");
+}  // namespace
+
+PYBIND11_MODULE(ch5, module) {
+  module.doc() =
+      "Chapter 5's back end: graphs, priors and the visual-inertial estimator. Poses are [p, q_x, q_y, q_z, q_w].";
+  module.attr("__version__") = py::str("{}.{}.{}").format(CH5_VERSION_MAJOR, CH5_VERSION_MINOR, CH5_VERSION_PATCH);
+  DefineVertices(module);
+  DefineEdges(module);
+  DefineGraph(module);
+  DefineEstimator(module);
 }

@@ -65,19 +65,9 @@ def follow_through(stage: dict, content: bytes, verdict: Verdict, judge) -> dict
     """{"replaced", "blanks"} if some blanks of a stage are right, else {}; what they are worth is the rubric's business.
     judge(content) gives the verdict on another text of the file."""
     file, text = stage["file"], content.decode("utf-8", "surrogateescape")
-    lines = text.splitlines()
-    if len(lines) > MOST_LINES:
+    spans, todos, empty = blanks_to_judge(stage, text)
+    if not todos:
         return {}
-    spans = blanks_of(file, text)
-    todos = [todo for todo in [*stage["todos"], *stage.get("deep", [])] if todo in spans]
-    if not set(stage["todos"]) <= set(todos):
-        return {}
-    if not provenance.closed_to(text, [offset(text, line) for span in spans.values() for line in span]):
-        return {}
-    empty = [todo for todo in todos
-             if any(line.strip().startswith("throw HomeworkMissing(") for line in lines[slice(*spans[todo])])]
-    if not any(line.strip() and not line.strip().startswith("//") for todo in todos for line in lines[slice(*spans[todo])]):
-        return {}  # nothing is filled in, and no empty blank passes with the rest right
     known = {frozenset(): verdict}
 
     def blanks(replaced) -> int:  # of the second depth those that are not right: the others any file has if it says it has them
@@ -107,6 +97,24 @@ def follow_through(stage: dict, content: bytes, verdict: Verdict, judge) -> dict
         if some_left(replaced) and after(replaced).state == "right":
             return {"replaced": replaced, "blanks": blanks(replaced)}
     return {}
+
+
+def blanks_to_judge(stage: dict, text: str) -> tuple:
+    """({TODO: its lines}, the stage's TODOs, those of them that are left empty); no TODOs where blanks cannot be told apart, or
+    nothing is filled in: no empty blank passes with the rest right."""
+    lines, none = text.splitlines(), ({}, [], [])
+    if len(lines) > MOST_LINES:
+        return none
+    spans = blanks_of(stage["file"], text)
+    within = {todo: lines[slice(*spans[todo])] for todo in [*stage["todos"], *stage.get("deep", [])] if todo in spans}
+    if not set(stage["todos"]) <= within.keys():
+        return none
+    if not provenance.closed_to(text, [offset(text, line) for span in spans.values() for line in span]):
+        return none
+    if not any(line.strip() and not line.strip().startswith("//") for blank in within.values() for line in blank):
+        return none
+    return spans, list(within), [todo for todo, blank in within.items()
+                                 if any(line.strip().startswith("throw HomeworkMissing(") for line in blank)]
 
 
 def offset(text: str, line: int) -> int:
