@@ -17,6 +17,17 @@ Transform FrameOnCircle(int n, int frames) {
   return T_W_C;
 }
 
+std::vector<Vec2> PixelsOf(const std::vector<Vec3>& points, const Transform& T_W_C, double sigma, Random* random) {
+  std::vector<Vec2> pixels;
+  for (const Vec3& p_W : points) {
+    const Vec3 p_C = T_W_C.q.conjugate() * (p_W - T_W_C.p);
+    const double u = p_C.x() / p_C.z() + sigma * random->Normal();
+    const double v = p_C.y() / p_C.z() + sigma * random->Normal();
+    pixels.emplace_back(u, v);
+  }
+  return pixels;
+}
+
 }  // namespace
 
 MonoBaScene SimulateMonoBa(const MonoBaOptions& options) {
@@ -39,13 +50,7 @@ MonoBaScene SimulateMonoBa(const MonoBaOptions& options) {
   }
 
   for (const Transform& T_W_C : scene.frames) {
-    std::vector<Vec2>& pixels = scene.pixels.emplace_back();
-    for (const Vec3& p_W : scene.points) {
-      const Vec3 p_C = T_W_C.q.conjugate() * (p_W - T_W_C.p);
-      const double u = p_C.x() / p_C.z() + options.pixel_sigma * random.Normal();
-      const double v = p_C.y() / p_C.z() + options.pixel_sigma * random.Normal();
-      pixels.emplace_back(u, v);
-    }
+    scene.pixels.push_back(PixelsOf(scene.points, T_W_C, options.pixel_sigma, &random));
   }
 
   for (const Vec3& p_W : scene.points) {

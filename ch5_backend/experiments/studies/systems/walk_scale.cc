@@ -68,24 +68,42 @@ Vec9 ReadingError(const StampedState& from, const StampedState& to, const Preint
   return error;
 }
 
+/// The x at which error(x) = 0, by Newton's steps with differences; only what the named sensors can correct is moved.
+Vec9 Root(const std::function<Vec9(const Vec9&)>& error, bool gyroscope, bool accelerometer) {
+  Vec9 x = Vec9::Zero();
+  for (int iteration = 0; iteration < 3; ++iteration) {
+    const Vec9 e = error(x);
+    Eigen::Matrix<double, 9, 9> J;
+    for (int column = 0; column < 9; ++column) J.col(column) = (error(x + 1e-4 * Vec9::Unit(column)) - e) / 1e-4;
+    const Vec3 turn = gyroscope ? Vec3(J.bottomRightCorner<3, 3>().inverse() * e.tail<3>()) : Vec3::Zero();
+    x.tail<3>() -= turn;
+    if (accelerometer)
+      x.head<6>() -= J.topLeftCorner<6, 6>().inverse() * (e.head<6>() - J.topRightCorner<6, 3>() * turn);
+  }
+  return x;
+}
+
+/// A reading between two of the recording's, as it was recorded, without the biases of the sensors that are made consistent.
+ImuMeasurement ReadingAt(double t, bool gyroscope, bool accelerometer, const Recording& recording) {
+  const auto next = std::lower_bound(recording.imu.begin() + 1, std::prev(recording.imu.end()), t,
+                                     [](const ImuMeasurement& measurement, double at) { return measurement.t < at; });
+  const ImuMeasurement &a = *std::prev(next), &b = *next;
+  const double u = (t - a.t) / (b.t - a.t);
+  ImuMeasurement measurement;
+  measurement.t = t;
+  measurement.acceleration = (1.0 - u) * a.acceleration + u * b.acceleration;
+  measurement.gyroscope = (1.0 - u) * a.gyroscope + u * b.gyroscope;
+  const StampedState truth = *StateAt(recording.truth, t);
+  if (gyroscope) measurement.gyroscope -= truth.b_g;
+  if (accelerometer) measurement.acceleration -= truth.b_a;
+  return measurement;
+}
+
 // Takes the truth's bias from the measurements and adds what makes each interval lead from state to state: two shapes for
 // the accelerometer and one for the gyroscope, all zero at the images.
 void MakeConsistent(bool gyroscope, bool accelerometer, Recording* recording) {
   const std::vector<StampedState> states = StatesOf(*recording, gyroscope, accelerometer);
-  const auto recorded = [&](double t) {
-    const auto next = std::lower_bound(recording->imu.begin() + 1, std::prev(recording->imu.end()), t,
-                                       [](const ImuMeasurement& measurement, double at) { return measurement.t < at; });
-    const ImuMeasurement &a = *std::prev(next), &b = *next;
-    const double u = (t - a.t) / (b.t - a.t);
-    ImuMeasurement measurement;
-    measurement.t = t;
-    measurement.acceleration = (1.0 - u) * a.acceleration + u * b.acceleration;
-    measurement.gyroscope = (1.0 - u) * a.gyroscope + u * b.gyroscope;
-    const StampedState truth = *StateAt(recording->truth, t);
-    if (gyroscope) measurement.gyroscope -= truth.b_g;
-    if (accelerometer) measurement.acceleration -= truth.b_a;
-    return measurement;
-  };
+  const auto recorded = [&](double t) { return ReadingAt(t, gyroscope, accelerometer, *recording); };
   std::vector<ImuMeasurement> all;
   auto next = recording->imu.begin();
   for (size_t k = 1; k < states.size(); ++k) {
@@ -104,21 +122,11 @@ void MakeConsistent(bool gyroscope, bool accelerometer, Recording* recording) {
       }
       return measurements;
     };
-    const auto error = [&](const Vec9& x) {
+    const auto error = [&](const Vec9& x) -> Vec9 {
       const auto imu = IntegrateFrom(states[k - 1], corrected(x), t1, recording->calibration.noise);
       return ReadingError(states[k - 1], states[k], *imu, recording->calibration.gravity);
     };
-    Vec9 x = Vec9::Zero();
-    for (int iteration = 0; iteration < 3; ++iteration) {
-      const Vec9 e = error(x);
-      Eigen::Matrix<double, 9, 9> J;
-      for (int column = 0; column < 9; ++column) J.col(column) = (error(x + 1e-4 * Vec9::Unit(column)) - e) / 1e-4;
-      const Vec3 turn = gyroscope ? Vec3(J.bottomRightCorner<3, 3>().inverse() * e.tail<3>()) : Vec3::Zero();
-      x.tail<3>() -= turn;
-      if (accelerometer)
-        x.head<6>() -= J.topLeftCorner<6, 6>().inverse() * (e.head<6>() - J.topRightCorner<6, 3>() * turn);
-    }
-    const std::vector<ImuMeasurement> measurements = corrected(x);
+    const std::vector<ImuMeasurement> measurements = corrected(Root(error, gyroscope, accelerometer));
     all.insert(all.end(), measurements.begin(), std::prev(measurements.end()));
     if (k + 1 == states.size()) all.push_back(measurements.back());
   }

@@ -50,17 +50,7 @@ class CaseWatch {
     if (gone == frames.end()) return;
     const std::string name = gone->is_keyframe ? "keyframe" : "no keyframe";
     if (frames.back().id < kFirstImage || !written_.insert(name).second) return;
-    std::vector<Rows> blocks, prior_blocks;
-    for (const auto& [vertex, first] : rows) blocks.push_back({first, vertex->LocalDimension()});
-    std::sort(blocks.begin(), blocks.end(), [](const Rows& a, const Rows& b) { return a.first < b.first; });
-    AppendBlocks(H, blocks, name, "window", &tables.matrices);
-    const Prior& prior = window->prior->GetPrior();
-    int row = 0;
-    for (const auto& vertex : prior.vertices) {
-      prior_blocks.push_back({row, vertex->LocalDimension()});
-      row += vertex->LocalDimension();
-    }
-    AppendBlocks(prior.J.transpose() * prior.J, prior_blocks, name, "prior", &tables.matrices);
+    AppendMatrices(H, rows, window->prior->GetPrior(), name);
 
     const auto append = [&](const char* kind, int number, bool is_keyframe, const Vertex* vertex, bool is_left) {
       tables.vertices.Row(name, kind, number, is_keyframe, rows.at(vertex), vertex->LocalDimension(),
@@ -76,6 +66,19 @@ class CaseWatch {
     for (const auto& [id, vertex] : landmarks) {
       append("landmark", id, false, vertex.get(), window->landmarks.count(id) > 0);
     }
+  }
+
+  void AppendMatrices(const MatXX& H, const FirstRows& rows, const Prior& prior, const std::string& name) {
+    std::vector<Rows> blocks, prior_blocks;
+    for (const auto& [vertex, first] : rows) blocks.push_back({first, vertex->LocalDimension()});
+    std::sort(blocks.begin(), blocks.end(), [](const Rows& a, const Rows& b) { return a.first < b.first; });
+    AppendBlocks(H, blocks, name, "window", &tables.matrices);
+    int row = 0;
+    for (const auto& vertex : prior.vertices) {
+      prior_blocks.push_back({row, vertex->LocalDimension()});
+      row += vertex->LocalDimension();
+    }
+    AppendBlocks(prior.J.transpose() * prior.J, prior_blocks, name, "prior", &tables.matrices);
   }
 
   CaseTables tables;
