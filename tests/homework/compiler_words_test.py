@@ -82,6 +82,24 @@ class WordsOfTheCompiler(unittest.TestCase):
                     if shutil.which(name):
                         self.assertRegex(self.hint(text, compiler_name=name), words)
 
+    @unittest.skipUnless(Path("/usr/include/eigen3").exists(), "needs Eigen")
+    def test_slips_with_eigen_are_told_in_a_sentence(self):
+        slips = {"m = -v.cwiseSqrt().asDiagonal() * m;": "minus sign", "m.block(0, 0, 2, 2) =+ m;": "where \\+= is meant",
+                 "d = std::max(1 / 3, d);": "same type", "m = v.array().sqrt() * m;": "do not mix", "v = v.sqrt();": "whole matrix",
+                 "m = m / m;": "does not divide", "m.block(0, 0, 2, 2) = 0;": "cannot be assigned", "m = m + 1e-6;": "cannot be added",
+                 "m += 1e-6;": "cannot be added", "m = m.block(0, 0);": "four numbers", "d = seen.contains(1);": "C\\+\\+17",
+                 "for (int i : std::views::iota(0, 3)) d = i;": "C\\+\\+17"}
+        code = "#include <Eigen/Dense>\n#include <map>\nvoid f(Eigen::MatrixXd& m, Eigen::VectorXd& v, double& d, std::map<int, int>& seen) {\n" \
+            + "\n".join(slips) + "\n}\n"
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "problem.cc"
+            path.write_text(code)
+            said = subprocess.run(["g++", "-std=c++17", "-fsyntax-only", "-I/usr/include/eigen3", path], capture_output=True, text=True,
+                                  check=False).stderr.splitlines()
+        for number, (line, words) in enumerate(slips.items(), 4):
+            error = next(one for one in said if f"problem.cc:{number}:" in one and "error: " in one)
+            self.assertRegex(ENGLISH.text(compiler.explain_slip(error, error, code.encode())), words, line)
+
     def test_names_and_numbers_may_be_of_any_length(self):
         name, digits = "a" * 50_000, "9" * 5000
         begin = time.process_time()

@@ -13,6 +13,8 @@ from .diagnosis import SHOWN_LINES, Verdict
 OPEN_BRACE = r"qualified-id in declaration before|function-definition is not allowed here|function definition is not " \
              r"allowed here|expected ['‘]}['’] at end of input|expected '}'"
 SPARE_BRACE = r"expected declaration before ['‘]}['’]|extraneous closing brace"
+# Of the library of C++20 and later:
+NEWER = "views|ranges|span|format|print|println|numbers|midpoint|lerp|ssize|erase_if|bit_cast|expected|remove_cvref_t"
 # What the compiler says of a typical slip, in that line of the student's file.
 SLIPS = [
     (r"unresolved overloaded function type|invalid use of (?:non-static )?member function|reference to non-static member function must be called", "compiler.call_without_brackets"),
@@ -20,6 +22,19 @@ SLIPS = [
     (r"\b(?:cout|cerr|endl)['’] (?:was not declared|is not a member|in namespace)|undeclared identifier '(?:cout|cerr|endl)", "compiler.printing"),
     (r"YOU_MIXED_MATRICES_OF_DIFFERENT_SIZES", "eigen.assignment_sizes"),
     (r"INVALID_MATRIX_PRODUCT|INVALID_VECTOR_VECTOR_PRODUCT", "eigen.product_sizes"),
+    (r"operand type is .*DiagonalWrapper|argument type '.*DiagonalWrapper", "compiler.minus_diagonal"),
+    (r"operator[+]['’] \(operand type is|argument type '.*\bMat.*to unary expression", "compiler.plus_equals"),
+    (r"call to ['‘](?:std::)?(?:max|min|clamp)\b", "compiler.two_types"),
+    (r"ScalarBinaryOpTraits|YOU_MIXED_DIFFERENT_NUMERIC_TYPES", "compiler.float"),
+    (r"(?:operand types are|binary expression) .*ArrayWrapper", "compiler.array"),
+    (r"MatrixSquareRoot|MatrixExponential|MatrixPower|MatrixLogarithm", "compiler.entry_by_entry"),
+    (r"operator/['’] \(operand types are .* and ['‘][^'’]*(?:Eigen|Mat|Vec)", "compiler.division"),
+    (r"operator=['’] \(operand types are .*Eigen.* and ['‘](?:int|double)['’]", "compiler.number_assigned"),
+    (r"operator[-+]=?['’] \(operand types are .*Eigen.* and ['‘](?:int|double)['’]", "compiler.number_added"),
+    (r"ONLY_FOR_VECTORS|VECTOR_METHOD_ON_A_MATRIX", "compiler.of_vectors"),
+    (r"call to ['‘][^'’]*\b(?:block|segment|head|tail)(?:\(|['’])", "compiler.block"),
+    (rf"['‘]std::(?:{NEWER})['’] has not been declared|['‘](?:{NEWER})['’] (?:is not a member of|in namespace) ['‘]std"
+     r"|no member named ['‘](?:contains|starts_with|ends_with)['’]", "compiler.newer"),
 ]
 FULL_WIDTH = {chr(code): chr(code - 0xFEE0) for code in range(0xFF01, 0xFF5F)} | {"。": ".", "“": '"', "”": '"', "‘": "'", "’": "'"}
 OF_A_PAGE = {"−": "-", "–": "-", "—": "-", "×": "*", "·": "*", "⋅": "*"}  # as formulas have them
