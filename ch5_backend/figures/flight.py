@@ -1,141 +1,147 @@
 #!/usr/bin/python3
-"""Draws a flight whose window slides, image by image: the moving picture of the READMEs, slides/figures/flight.*.svg.
+"""Draws the moving picture of the READMEs, slides/figures/flight.*.svg: a recording's estimates drawn over the truth as they came.
 
-usage: flight.py [--lab PROGRAM] [--out DIR]
+usage: flight.py DIR [--out FOLDER]
 
-  --lab PROGRAM   the lab in a terminal, default build/release/bin/ch5_lab (ninja -C build/release ch5_lab)
-  --out DIR       default slides/figures
+  DIR             out/euroc_v1_01_easy, which ./course run DATA/euroc_v1_01_easy has made
+  --out FOLDER    default slides/figures
 
-A flight magnifies rounding: another compiler may draw other last digits.
+Two tables: odometry_path.csv (estimates laid upon the truth by a shift and a turn about gravity, and their distance from it) and
+odometry_policies.csv (its root mean square).
 """
 import argparse
-import json
-import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
+
 from .atomic_write import write_whole
+from .tables import TableError, read
 
 ROOT = Path(__file__).resolve().parents[2]
-FLIGHT = "panel=window&rate=5&tracks=30"
 POLICIES = {"vins": "VINS-Mono", "okvis": "OKVIS"}
 WORDS = {  # what the picture says; the report's and the decks' words are in words/
-    "en": {"alt": "Two windows slide along a simulated flight: VINS-Mono's keeps neighboring frames, OKVIS's keeps old keyframes",
-           "full": "in the window, with its speed", "pose": "in the window, pose only", "prior": "held by the prior",
-           "lines": "estimate; gray: the true path", "row": "the {} images of the flight"},
-    "zh": {"alt": "两种滑动窗口沿一段仿真飞行前进：VINS-Mono 保留相邻的帧，OKVIS 保留较早的关键帧",
-           "full": "在窗口里，带速度", "pose": "在窗口里，只有位姿", "prior": "先验所约束的", "lines": "估计的轨迹；灰色：真实轨迹", "row": "飞行中的 {} 帧图像"}}
-SECONDS = 0.45  # an image is shown
-PANEL, HEIGHT, MARGIN = 430, 300, 26
-MAP = 190       # height of the view from above; below it a row of images
+    "en": {"alt": "EuRoC's V1_01 through two windows, from above: {vins} m and {okvis} m from the truth", "title": "{name}'s window",
+           "error": "{error} m from the truth (RMS)", "truth": "truth", "estimate": "estimate", "distance": "distance from the truth",
+           "scale": "1 m", "source": "EuRoC V1_01, {seconds} s from above, {times} times as fast as flown"},
+    "zh": {"alt": "EuRoC 的 V1_01 经过两种窗口，俯视：离真值 {vins} m 和 {okvis} m", "title": "{name} 的窗口",
+           "error": "离真值 {error} m（均方根）", "truth": "真值", "estimate": "估计", "distance": "到真值的距离",
+           "scale": "1 m", "source": "EuRoC V1_01，{seconds} 秒，俯视，以 {times} 倍速度播放"}}
+PANEL, MAP, STRIP, MARGIN = 430, 250, 60, 26  # a panel's width, the heights of the view from above and of the errors below it
+TOP = 66
+FOOT = TOP + MAP + 34 + STRIP
+HEIGHT = FOOT + 50
+TIMES, HOLD = 3, 3.0   # how much faster than flown it plays; how long it stands still, whole, before it begins [s]
+STOPS = 60             # of the animation, between which a pen moves evenly
 
 STYLE = """\
 .paper { fill: #ffffff; }  /* a page may be dark where the reader's system is light */
-text { font: 15px system-ui, 'Noto Sans', 'Noto Sans CJK SC', sans-serif; fill: #22303c; }
-.title { font-weight: 600; font-size: 17px; } .small { font-size: 13px; fill: #5b6a78; }
-.truth, .path { fill: none; stroke-width: 2; stroke-linecap: round; stroke-linejoin: round; }
-.truth { stroke: #c3ccd4; stroke-width: 5; } .path { stroke: #3b76a8; }
-.pose { fill: #3b76a8; } .full { fill: #d99a3c; } .prior { fill: none; stroke: #c2555b; stroke-width: 2.5; } .gone { fill: #dfe5ea; }
+text { font: 17px system-ui, 'Noto Sans', 'Noto Sans CJK SC', sans-serif; fill: #22303c; }
+.title { font-weight: 600; font-size: 21px; } .small { fill: #55636f; }
+.truth, .path { fill: none; stroke-linecap: round; stroke-linejoin: round; } .axis { stroke: #55636f; fill: none; }
+.truth { stroke: #b4bec7; stroke-width: 7; } .path { stroke: #0072b2; stroke-width: 2.5; }
 @media (prefers-color-scheme: dark) {
-  .paper { fill: #161b22; } text { fill: #e6edf3; } .small { fill: #9fb0bf; } .truth { stroke: #45525e; } .path, .pose { stroke: #7fb2dd; }
-  .path { fill: none; } .pose { fill: #7fb2dd; } .gone { fill: #34404b; } .prior { stroke: #f08a8f; }
+  .paper { fill: #161b22; } text { fill: #e6edf3; } .small { fill: #a5b3c0; } .axis { stroke: #a5b3c0; }
+  .truth { stroke: #4d5a66; } .path { stroke: #56b4e9; }
 }
 """
-# Each image is shown in its turn; who wants no motion sees the last one.
-MOTION = """\
-.image {{ opacity: 0; animation: show {total:g}s step-end infinite; }}
-@keyframes show {{ 0% {{ opacity: 1; }} {share:.4f}% {{ opacity: 0; }} }}
-@media (prefers-reduced-motion: reduce) {{ .image {{ animation: none; }} .image:last-of-type {{ opacity: 1; }} }}
-"""
 
 
-def fly(lab):
-    """What the lab answers for each image of the flight."""
-    first = answer(lab, 0)
-    return [first, *(answer(lab, k) for k in range(1, first["images"]))]
+def pen(name, moments, duration):
+    """A line that is there, and is then drawn anew as fast as `moments` says: at which share of the time how much of its length."""
+    still = HOLD / (HOLD + duration)
+    stops = [(0.0, 1.0), (still - 1e-4, 1.0), *((still + (1 - still) * time, share) for time, share in moments)]
+    frames = " ".join(f"{100 * time:.3f}% {{ stroke-dashoffset: {1 - share:.4f}; }}" for time, share in stops)
+    return (f"@keyframes {name} {{ {frames} }}\n"
+            f".{name} {{ stroke-dasharray: 1; stroke-dashoffset: 0; animation: {name} {HOLD + duration:.1f}s linear infinite; }}")
 
 
-def answer(lab, image):
-    done = subprocess.run([lab, f"{FLIGHT}&image={image}"], capture_output=True, text=True, check=True)
-    return json.loads(done.stdout)
+def traveled(points, times, span):
+    """[(share of the time, share of the length)], from 0 to 1."""
+    length = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))))
+    grid = np.linspace(*span, STOPS + 1)
+    return [*zip(np.linspace(0, 1, STOPS + 1), np.interp(grid, times, length / length[-1]))]
 
 
-class View:
-    """From above, y to the right and x upward, as large as the panel allows."""
-
-    def __init__(self, points, left):
-        self.left = left
-        self.low = [min(point[k] for point in points) for k in (0, 1)]
-        high = [max(point[k] for point in points) for k in (0, 1)]
-        self.high_x = high[0]
-        self.scale = min((PANEL - 2 * MARGIN) / (high[1] - self.low[1]), (MAP - 60) / (high[0] - self.low[0]))
-
-    def __call__(self, point):
-        return self.left + MARGIN + self.scale * (point[1] - self.low[1]), 48 + self.scale * (self.high_x - point[0])
-
-    def line(self, points, kind):
-        return f'<polyline class="{kind}" points="{" ".join(f"{x:.1f},{y:.1f}" for x, y in map(self, points))}"/>'
+def line(points, kind):
+    return f'<polyline pathLength="1" class="{kind}" points="{" ".join(f"{x:.1f},{y:.1f}" for x, y in points)}"/>'
 
 
-def marks(x, y, frame, radius):
-    """A frame of the window: its pose, with its speed if that is kept, and a ring if the prior holds it."""
-    dot = f'<circle class="{"full" if frame["speed"] else "pose"}" cx="{x:.1f}" cy="{y:.1f}" r="{radius}"/>'
-    ring = f'<circle class="prior" cx="{x:.1f}" cy="{y:.1f}" r="{radius + 3}"/>'
-    return dot + ring * frame["in_prior"]
+def text(x, y, words, kind="small", anchor="start"):
+    return f'<text class="{kind}" x="{x:.0f}" y="{y:.0f}" text-anchor="{anchor}">{words}</text>'
 
 
-def tick(left, image, images):
-    """Where an image has its place in the row below the view."""
-    return left + MARGIN + (PANEL - 2 * MARGIN) * image / (images - 1)
+class Recording:
+    """The tables of a recording's run, and how they are laid out."""
+
+    def __init__(self, directory):
+        path, self.summary = read(directory, "odometry_path"), read(directory, "odometry_policies")
+        self.truth, self.rows = path.where(policy="truth"), {policy: path.where(policy=policy) for policy in POLICIES}
+        for policy, rows in self.rows.items():
+            if not len(rows) or np.any(rows["segment"] != 0) or not len(self.truth):
+                raise TableError(f"{directory}/csv/odometry_path.csv: the picture needs the truth and one segment of {policy}")
+        self.span = min(rows["t_s"][0] for rows in self.rows.values()), max(rows["t_s"][-1] for rows in self.rows.values())
+        self.low, high = (of(self.truth.matrix("x_m", "y_m"), axis=0) for of in (np.min, np.max))
+        self.scale = min((PANEL - 2 * MARGIN) / (high - self.low)[0], MAP / (high - self.low)[1])
+        self.left = (PANEL - self.scale * (high - self.low)[0]) / 2
+        self.worst = 0.05 * np.ceil(max(np.nanmax(rows["error_m"]) for rows in self.rows.values()) / 0.05)
+
+    def error(self, policy):
+        return f"{self.summary.row(policy=policy)['ate_m']:.3f}"
+
+    def above(self, rows):
+        """From above, x to the right."""
+        x, y = (rows.matrix("x_m", "y_m") - self.low).T
+        return np.column_stack((self.left + self.scale * x, TOP + MAP - self.scale * y))
+
+    def errors(self, rows):
+        """Over time, on one axis for all."""
+        share = (rows["t_s"] - self.span[0]) / (self.span[1] - self.span[0])
+        return np.column_stack((MARGIN + 50 + (PANEL - 2 * MARGIN - 50) * share, FOOT - STRIP * rows["error_m"] / self.worst))
 
 
-def shown(seen, policy, view, image):
-    """One policy's window after an image."""
-    window = seen[policy]
-    drawn = [view.line(window["positions"][:image + 1], "path")]
-    for frame in window["frames"]:
-        drawn.append(marks(*view(frame["p"]), frame, 5))
-        drawn.append(marks(tick(view.left, frame["id"], seen["images"]), MAP + 36, frame, 4))
-    return "".join(drawn)
-
-
-def legend(words, y):
-    """What the marks mean, in one row."""
-    entries = (({"speed": True, "in_prior": False}, words["full"]), ({"speed": False, "in_prior": False}, words["pose"]),
-               ({"speed": True, "in_prior": True}, words["prior"]))
-    for k, (frame, meaning) in enumerate(entries):
-        x = MARGIN + 10 + k * (2 * PANEL - MARGIN) / 3
-        yield marks(x, y - 5, frame, 5) + f'<text class="small" x="{x + 16:.0f}" y="{y}">{meaning}</text>'
+def panel(flight, policy, words):
+    """One policy: the path over the truth, and below it how far they are apart."""
+    rows = flight.rows[policy]
+    yield text(MARGIN, 28, words["title"].format(name=POLICIES[policy]), "title")
+    yield text(MARGIN, 52, words["error"].format(error=flight.error(policy)), "")
+    some = slice(None, None, 1 + len(flight.truth) // 400)  # more, no eye would see
+    yield line(flight.above(flight.truth)[some], "truth")
+    yield line(flight.above(rows), f"path {policy}-path")
+    yield f'<path class="axis" d="M{PANEL - MARGIN:.0f} {TOP + MAP}h{-flight.scale:.1f}" stroke-width="3"/>'
+    yield text(PANEL - MARGIN - flight.scale / 2, TOP + MAP - 7, words["scale"], anchor="middle")
+    yield f'<path class="axis" d="M{MARGIN + 50} {FOOT - STRIP}v{STRIP}H{PANEL - MARGIN}"/>'
+    yield text(MARGIN + 44, FOOT - STRIP + 8, f"{100 * flight.worst:.0f} cm", anchor="end") + text(MARGIN + 44, FOOT + 4, "0", anchor="end")
+    yield text(PANEL - MARGIN, FOOT - STRIP + 8, words["distance"], anchor="end")
+    yield line(flight.errors(rows), f"path {policy}-error")
 
 
 def picture(flight, language):
-    """The SVG of all images, from what the lab has answered."""
-    words, images = WORDS[language], len(flight)
-    points = flight[-1]["truth"] + [p for policy in POLICIES for p in flight[-1][policy]["positions"]]
-    views = {policy: View(points, k * PANEL) for k, policy in enumerate(POLICIES)}
-    total = SECONDS * images
-    lines = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {2 * PANEL} {HEIGHT}" role="img" aria-label="{words["alt"]}">',
-             f"<style>\n{STYLE}{MOTION.format(total=total, share=100 / images)}</style>",
-             f'<rect class="paper" width="{2 * PANEL}" height="{HEIGHT}" rx="10"/>']
-    for policy, view in views.items():
-        lines.append(f'<text class="title" x="{view.left + MARGIN}" y="26">{POLICIES[policy]}</text>')
-        lines.append(f'<text class="small" x="{view.left + MARGIN + 110}" y="26">{words["lines"]}</text>')
-        lines.append(view.line(flight[-1]["truth"], "truth"))
-        lines += [f'<circle class="gone" cx="{tick(view.left, k, images):.1f}" cy="{MAP + 36}" r="4"/>' for k in range(images)]
-        lines.append(f'<text class="small" x="{view.left + MARGIN}" y="{MAP + 62}">{words["row"].format(images)}</text>')
-    lines += legend(words, HEIGHT - 12)
-    for k, seen in enumerate(flight):
-        windows = "".join(shown(seen, policy, view, k) for policy, view in views.items())
-        lines.append(f'<g class="image" style="animation-delay:{SECONDS * k - total:.2f}s">{windows}</g>')
-    return "\n".join([*lines, "</svg>\n"])
+    """The SVG."""
+    words, duration = WORDS[language], (flight.span[1] - flight.span[0]) / TIMES
+    pens = [pen(f"{policy}-{what}", traveled(at(rows), rows["t_s"], flight.span), duration)
+            for policy, rows in flight.rows.items() for what, at in (("path", flight.above), ("error", flight.errors))]
+    alt = words["alt"].format(**{policy: flight.error(policy) for policy in POLICIES})
+    source = words["source"].format(seconds=f"{flight.span[1] - flight.span[0]:.0f}", times=TIMES)
+    keys = "".join(f'<path class="{kind}" d="M{x} {HEIGHT - 20}h26"/>' + text(x + 36, HEIGHT - 14, words[name])
+                   for x, kind, name in ((MARGIN + 4, "truth", "truth"), (MARGIN + 124, "path", "estimate")))
+    return "\n".join([
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {2 * PANEL} {HEIGHT}" role="img" aria-label="{alt}">',
+        f"<style>\n{STYLE}" + "\n".join(pens) + "\n@media (prefers-reduced-motion: reduce) { .path { animation: none; } }\n</style>",
+        f'<rect class="paper" width="{2 * PANEL}" height="{HEIGHT}" rx="10"/>',
+        *(f'<g transform="translate({k * PANEL} 0)">{"".join(panel(flight, policy, words))}</g>' for k, policy in enumerate(POLICIES)),
+        keys, text(2 * PANEL - MARGIN, HEIGHT - 14, source, anchor="end"), "</svg>\n"])
 
 
 def main(argv):
     parser = argparse.ArgumentParser(prog="flight.py", description=__doc__.split("\n\n")[0])
-    parser.add_argument("--lab", type=Path, default=ROOT / "build/release/bin/ch5_lab")
+    parser.add_argument("directory", type=Path, metavar="DIR")
     parser.add_argument("--out", type=Path, default=ROOT / "slides/figures")
     arguments = parser.parse_args(argv)
-    flight = fly(arguments.lab)
+    try:
+        flight = Recording(arguments.directory)
+    except TableError as error:
+        parser.exit(2, f"{parser.prog}: {error}\n")
     for language in WORDS:
         write_whole(arguments.out / f"flight.{language}.svg", picture(flight, language))
     return 0
