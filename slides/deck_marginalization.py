@@ -240,7 +240,7 @@ def back_ends(slide, tables, say):
 def okvis_cases(slide, tables, say):
     """A frame that is no keyframe leaves, and a keyframe."""
     for k, case in enumerate(("no keyframe", "keyframe")):
-        sizes = [tables("okvis_matrices", case=case, stage=stage)["size"][0] for stage in ("window", "prior")]
+        sizes = [tables("film_blocks", case=case, stage=stage)["size"][0] for stage in ("window", "prior")]
         left, side = 10 + 570 * k, 260
         shown = 1.6 * side * sizes[1] / sizes[0]
         systems.okvis_case(slide.axes((left, 40, side, side)), tables, case, "window")

@@ -25,7 +25,7 @@ void RunStudies(const std::filesystem::path& csv) {
   ch5::WriteOdometryTables(ch5::RunOdometryStudy(ch5::SimulatedOdometryRecording(), show), csv);
   ch5::RunRestartStudy(csv);
   ch5::RunSlideStudy(csv);
-  ch5::RunOkvisCasesStudy(csv);
+  ch5::RunFilmStudy(csv);
 }
 
 }  // namespace

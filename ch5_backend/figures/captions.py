@@ -1,7 +1,6 @@
 """What the report says of the chapter's tables: a finding at its head for each section, and the words below each figure. The
 sentences are in words/ and ask the tables for their numbers."""
 from .numbers.chapter import Chapter
-from .numbers.windows import kept_summary
 from .odometry import NAMES
 from .tables import Tables
 
@@ -13,7 +12,7 @@ SECTIONS = {"bundle-adjustment": ("scene_course", "scene_large", "mono_ba_conver
 
 def names_of(n):
     """What these sentences can name."""
-    return {"n": n, "table": n.tables, "course": n.solve("course"), "large": n.solve("large"), "case": kept_summary}
+    return {"n": n, "table": n.tables, "course": n.solve("course"), "large": n.solve("large")}
 
 
 def sections(n, say):
@@ -26,10 +25,9 @@ def findings(n, say):
     """{section: what it has found}"""
     policies = {name: n.tables("odometry_policies").row(policy=name) for name in NAMES}
     both = lambda tell: say("both", **{name: tell(row) for name, row in policies.items()})  # noqa: E731
-    names = names_of(n) | {"policies": say("both", **NAMES), "error": both(lambda row: f"{100 * row['ate_m']:.1f}"),
-                           "times": both(lambda row: f"{row['realtime_factor']:.0f}")}
+    names = names_of(n) | {"policies": say("both", **NAMES), "error": both(lambda row: f"{100 * row['ate_m']:.1f}")}
     return {section: say(f"finding.{section}", **names)
-            for section in ("bundle-adjustment", "the-hessian", "the-priors-weight", "odometry", "consistency")}
+            for section in ("bundle-adjustment", "the-hessian", "the-priors-weight", "odometry")}
 
 
 def first_finding(directory, say):

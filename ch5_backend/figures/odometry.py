@@ -183,6 +183,12 @@ def path_words(say, rows, answered):
     return words + "".join(say("odometry_path.silent", policy=NAMES[name]) for name in rows if not answered[name])
 
 
+def machine(directory, say):
+    """What the times of this run were measured on."""
+    about = read(directory, "odometry_machine").rows()[0]
+    return say("machine", **{**about, "load": f"{about['load']:.0f}"})
+
+
 def captions(directory, say):
     """{figure: its words}, with every number taken from the tables; only of the figures that are drawn."""
     summary, windows = read(directory, "odometry_policies"), read(directory, "odometry_windows")
@@ -193,16 +199,19 @@ def captions(directory, say):
                               tracking=f"{rows[name]['tracking_factor']:.0f}")
     words = {
         "odometry_path": path_words(say, rows, answered),
-        "odometry_timing": say("odometry_timing", images=max(answered.values()),
+        "odometry_timing": say("odometry_timing", images=max(answered.values()), machine=machine(directory, say),
                                speeds=each(speed, [name for name in rows if answered[name]])),
     }
     if names := policies(read_estimates(directory, "odometry_spectrum")):
         words["odometry_spectrum"] = say("odometry_spectrum", zeros=each(lambda name: zeros(directory, say, name), names))
     if names := policies(read_estimates(directory, "odometry_gauge")):
         words["odometry_gauge"] = say("odometry_gauge", leaks=each(lambda name: leak(directory, say, name), names))
-    for name in policies(read_estimates(directory, "odometry_matrices")):
-        words[f"odometry_film_{name}"] = say("odometry_film", policy=NAMES[name])
     return words
+
+
+def stills(directory, say):
+    """The same of H and the priors at four times, which the chapter's report shows as a film instead."""
+    return {f"odometry_film_{name}": say("odometry_film", policy=NAMES[name]) for name in policies(read_estimates(directory, "odometry_matrices"))}
 
 
 def draw(directory):
@@ -210,4 +219,3 @@ def draw(directory):
     timing(directory)
     spectrum(directory)
     gauge(directory)
-    film(directory)

@@ -60,12 +60,13 @@ def body_of(directory, say):
     return [*page.opening(say("recording.heading", name=Path(directory).resolve().name), say("recording.lead"), say),
             *warnings(directory, say), summary_table(directory, say), segment_table(directory, say), sliders.windows(directory, say),
             *(page.figure(directory, name, words, say(f"{name}.alt"), say)
-              for name, words in odometry.captions(directory, say).items()),
+              for name, words in {**odometry.captions(directory, say), **odometry.stills(directory, say)}.items()),
             Markup(f"<p>{say('trajectories', links='{}')}</p>").format(links), page.links_to_tables(directory, say)]
 
 
 def draw(directory):
     odometry.draw(directory)
+    odometry.film(directory)
     page.write_all(directory, "recording.title", body_of)
 
 

@@ -9,20 +9,28 @@ radians; costs are ½ Σ rᵀWr.
 """
 
 import os
+import shutil
 import sys
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 from markupsafe import Markup
 
-from . import blocks, captions, convergence, hessian, marginalize, nees, odometry, page, prior, scene, sliders, style, systems
+from . import blocks, captions, convergence, film, hessian, marginalize, nees, odometry, page, prior, scene, sliders, style, systems
 from .numbers.chapter import Chapter
+from .numbers.windows import KEPT
 from .tables import Tables
 
 # The longest first, so that two processes finish together.
 SCRIPTS = (odometry, systems, nees, prior, scene, hessian, convergence, marginalize)
-EXPLORERS = {"bundle-adjustment": sliders.iterations, "odometry": sliders.windows, "the-priors-weight": sliders.weights,
+EXPLORERS = {"bundle-adjustment": sliders.iterations, "odometry": lambda directory, say: film.player(directory, say) + sliders.windows(directory, say), "the-priors-weight": sliders.weights,
              "the-hessian": lambda directory, say: blocks.explorer(directory, "course", say)}
+
+# The kept tables of each figure that does not show this run.
+KEPT_OF = {"consistency_causes": ("consistency", "consistency_summary"), "consistency": ("consistency", "consistency_summary"),
+           "systems_ablation": ("ablation", "ablation_recording"), "systems_back_ends": ("back_ends",),
+           "systems_calibration": ("calibration",), "systems_preintegration": ("preintegration",), "systems_distance": ("distance",),
+           "systems_window_size": ("window_size",), "systems_pose_graphs": ("pose_graphs", "pose_graph_starts")}
 
 BESIDE = ("lab.html", "api/index.html")
 
@@ -33,7 +41,7 @@ BELONGS = {"bundle-adjustment": ("1", "1.1", "1.2"), "the-hessian": ("1", "1.1",
 NEXT = {"check": "./course check", "lab": "./course lab", "plots": "./course plots", "data": "./course run DATA"}
 
 
-def solves_table(n, say):
+def solves_table(n, directory, say):
     """The table of the solves, a column a scene."""
     scenes = [n.solve(name) for name in n.tables("mono_ba_summary")["scene"]]
     rows = (("sizes", lambda row: f"{row['frames']:.0f} × {row['points']:.0f}"),
@@ -45,7 +53,24 @@ def solves_table(n, say):
             ("stopped_by", lambda row: say(row["termination"])))
     return (page.table((say("scene"), *(say(f"scene.{row['scene']}") for row in scenes)),
                        [(say(title), *map(cell, scenes)) for title, cell in rows], "words") +
-            page.paragraph(say("solves_note")))
+            page.paragraph(say("solves_note", machine=odometry.machine(directory, say))))
+
+
+def measured(figure, say):
+    """Of a figure from kept tables: when and on what they were made, with links to them; else nothing."""
+    about = [KEPT("measured").row(table=name) for name in KEPT_OF.get(figure, ())]
+    marks = []
+    for date, processor in dict.fromkeys((row["date"], row["processor"]) for row in about):
+        names = [row["table"] for row in about if (row["date"], row["processor"]) == (date, processor)]
+        links = [Markup('<a href="kept/{0}.csv">{0}.csv</a>').format(name) for name in names]
+        marks.append(Markup("<em>{}</em> {}.").format(
+            say("measured", date=date, processor=processor and say("list") + processor), Markup(say("list")).join(links)))
+    return Markup(" ").join(marks)
+
+
+def keep_tables(directory):
+    """The kept tables beside the page, which links to them."""
+    shutil.copytree(KEPT.folder, Path(directory) / "kept", dirs_exist_ok=True)
 
 
 def contents(sections, directory, say):
@@ -62,14 +87,15 @@ def body_of(directory, say):
     sections = {**captions.sections(n, say), "odometry": odometry.captions(directory, say),
                 "consistency": nees.captions(say), "systems": systems.captions(directory, say)}
     body = [*page.opening(say("heading"), say("lead"), say), page.PIECES.findings(say("findings"), captions.findings(n, say)),
-            contents(sections, directory, say), solves_table(n, say)]
+            contents(sections, directory, say), solves_table(n, directory, say)]
     for section, figures in sections.items():
         lecture, *stages = BELONGS[section]
         pieces = [Markup("<p class=\"belongs\">{}</p>").format(say("belongs", lectures=lecture, stages=say("list").join(stages)))]
         if section == "the-hessian":
             pieces.append(page.paragraph(say("hessian_size", **captions.names_of(n))))
         pieces += [EXPLORERS[section](directory, say)] if section in EXPLORERS else []
-        pieces += [page.figure(directory, name, caption, say(f"{name}.alt"), say) for name, caption in figures.items()]
+        pieces += [page.figure(directory, name, Markup("{} {}").format(caption, measured(name, say)), say(f"{name}.alt"), say)
+                   for name, caption in figures.items()]
         if section == "consistency":
             pieces += [nees.cases_table(say), page.paragraph(say("consistency.hosts")), nees.hosts_table(say),
                        page.paragraph(nees.why_none(say)), nees.first_estimates_table(say)]
@@ -91,6 +117,7 @@ def draw(directory):
         for done, _ in enumerate(pool.map(draw_one, range(len(SCRIPTS)), [directory] * len(SCRIPTS)), start=1):
             if sys.stderr.isatty():
                 print(f"\r\033[Kfigures {done} of {len(SCRIPTS)}", end="", file=sys.stderr, flush=True)
+    keep_tables(directory)
     page.write_all(directory, "title", body_of)
     if sys.stderr.isatty():
         print("\r\033[K", end="", file=sys.stderr)

@@ -141,16 +141,16 @@ def window_size(axes, tables, recording, column, names):
 
 def okvis_case(axes, tables, case, stage):
     """Largest entry of each block of H, and what goes marked."""
-    rows = tables("okvis_matrices", case=case, stage=stage)
+    rows = tables("film_blocks", case=case, stage=stage)
     size = int(rows["size"][0])
     matrix = np.zeros((size, size))
     for block in rows.rows():
         i, j, height, width = (int(block[key]) for key in ("row", "column", "rows", "columns"))
-        matrix[i:i + height, j:j + width] = block["largest"]
+        matrix[i:i + height, j:j + width] = matrix[j:j + width, i:i + height] = block["largest"]
     low, high = np.log10([rows["largest"][rows["largest"] > 0].min(), rows["largest"].max()])
     style.magnitudes(axes, matrix, low - 1, high, cmap="Greys")
     if stage == "window":
-        for vertex in tables("okvis_vertices", case=case, fate="marginalized").rows():
+        for vertex in tables("film_vertices", case=case, fate="marginalized").rows():
             first, last = vertex["row"] - 0.5, vertex["row"] + vertex["rows"] - 0.5
             for span in (axes.axhspan, axes.axvspan):
                 span(first, last, color=VERMILION, alpha=0.3, linewidth=0)

@@ -45,10 +45,12 @@ class InverseBlocks {
   Eigen::LDLT<MatXX> ldlt_;
 };
 
-// Position and yaw of the oldest frame are held, if nothing else holds them.
-MarginalSystem WithoutLandmarks(const Window& window) {
+bool IsFree(const Window& window) { return !window.prior_fixes_gauge && !window.gauge_prior; }
+
+/// @param hold_oldest  whether position and yaw of the oldest frame are held
+MarginalSystem WithoutLandmarks(const Window& window, bool hold_oldest) {
   std::vector<std::shared_ptr<Edge>> edges = window.graph.Edges();
-  if (!window.prior_fixes_gauge && !window.gauge_prior) {
+  if (hold_oldest) {
     edges.push_back(MakePositionYawPrior(window.frames.front().pose, 1e8));
   }
   std::vector<std::shared_ptr<Vertex>> landmarks;
@@ -61,7 +63,7 @@ MarginalSystem WithoutLandmarks(const Window& window) {
 }  // namespace
 
 StateCovariance CovarianceOf(const Window& window, const Frame& frame) {
-  const MarginalSystem system = WithoutLandmarks(window);
+  const MarginalSystem system = WithoutLandmarks(window, IsFree(window));
   const InverseBlocks inverse(system);
   StateCovariance covariance;
   if (window.prior_fixes_gauge) covariance.reference = StateCovariance::Reference::kWorld;
@@ -76,6 +78,14 @@ StateCovariance CovarianceOf(const Window& window, const Frame& frame) {
   return covariance;
 }
 
+std::vector<Mat66> PoseCovariances(const Window& window) {
+  const MarginalSystem system = WithoutLandmarks(window, true);
+  const InverseBlocks inverse(system);
+  std::vector<Mat66> covariances;
+  for (const Frame& frame : window.frames) covariances.emplace_back(inverse.Block(*frame.pose));
+  return covariances;
+}
+
 std::optional<double> ScaleSigma(const Window& window) {
   constexpr double kLeast = 1e-3;  // [m]
   const auto way_to = [&](const Frame& frame) -> Vec3 { return frame.pose->p() - window.frames.front().pose->p(); };
@@ -84,7 +94,7 @@ std::optional<double> ScaleSigma(const Window& window) {
                         [&](const Frame& a, const Frame& b) { return way_to(a).norm() < way_to(b).norm(); });
   const Vec3 way = way_to(farthest);
   if (way.norm() < kLeast) return std::nullopt;
-  const MarginalSystem system = WithoutLandmarks(window);
+  const MarginalSystem system = WithoutLandmarks(window, IsFree(window));
   const MatXX covariance = InverseBlocks(system).Block(*farthest.pose);
   return std::sqrt(std::max(0.0, way.dot(covariance.topLeftCorner<3, 3>() * way))) / way.squaredNorm();
 }

@@ -28,6 +28,9 @@ struct StateCovariance {
 /// @param frame  of the window, with speed and biases
 StateCovariance CovarianceOf(const Window& window, const Frame& frame);
 
+/// Of the pose of each frame, [δp, δθ], relative to the oldest: position and yaw are held there, whatever else holds them.
+std::vector<Mat66> PoseCovariances(const Window& window);
+
 /// The σ of the scale: of the way from the oldest frame to the one farthest from it, relative to that way. Of little meaning
 /// at rest, and in a window whose gauge prior is the world's.
 /// @return nullopt if no frame has moved by a millimeter

@@ -9,7 +9,7 @@ from tests.project import BUILD, ROOT
 SEGMENT = ["segment", "first_s", "last_s", "frames", "ate_m", "scale_error", "yaw_error_deg"]
 KEYS = ["policy", "ate_m", "scale_error", "yaw_error_deg", "realtime_factor", "p99_window_ms", "frames", "restarts",
         "rpe_m", "path_m", "drift_percent"]
-TABLES = {f"odometry_{name}.csv" for name in ("policies", "segments", "path", "windows", "matrices", "spectrum", "gauge", "warnings")}
+TABLES = {f"odometry_{name}.csv" for name in ("policies", "segments", "path", "windows", "matrices", "spectrum", "gauge", "warnings", "machine")}
 TRAJECTORIES = {"vins.tum", "vins.csv", "okvis.tum", "okvis.csv"}
 
 

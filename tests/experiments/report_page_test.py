@@ -79,7 +79,7 @@ class Report(unittest.TestCase):
 
     def test_the_figures_answer_in_chinese(self):
         found = self.day["zh"][1000]
-        self.assertEqual([slider["label"] for slider in found["sliders"]], ["迭代", "先验权重", "窗口"])
+        self.assertEqual([slider["label"] for slider in found["sliders"]], ["迭代", "先验权重", "滑动", "窗口"])
         self.assertEqual(found["sliders"][0]["seen"][2]["spoken"], "第 2 次迭代")
         self.assertEqual(found["tapped"], "位姿 1 × 位姿 2：没有边同时连接两者，所以这个块为零。")
         self.assertIn("S：位姿 1 × 位姿 2：没有边；20 个已消去的路标点", found["S"][5][0])
@@ -87,8 +87,11 @@ class Report(unittest.TestCase):
             self.assertEqual(english_in(words), "")
 
     def test_sliders_step_through_the_tables(self):
-        sliders = {slider["label"]: slider["seen"] for slider in self.day["en"][1000]["sliders"]}
-        self.assertEqual(list(sliders), ["Iteration", "Prior weight", "Window"])
+        found = self.day["en"][1000]["sliders"]
+        sliders = {slider["label"]: slider["seen"] for slider in found}
+        self.assertEqual({slider["label"]: slider["pictures"] for slider in found},
+                         {label: len(seen) if label == "Slide" else 1 for label, seen in sliders.items()}, "the film's images differ")
+        self.assertEqual(list(sliders), ["Iteration", "Prior weight", "Slide", "Window"])
         trace, sweep = tables.read(OUT, "mono_ba_trace"), tables.read(OUT, "prior_sweep")
         self.assertEqual([at["words"] for at in sliders["Iteration"]],
                          [f"iteration {k}" for k in range(int(trace["iteration"].max()) + 1)])
@@ -99,7 +102,7 @@ class Report(unittest.TestCase):
             for at in seen:
                 self.assertEqual(at["spoken"], at["words"])
                 self.assertEqual(len(at["rows"]), 3 if label == "Prior weight" else 2, (label, at))
-                self.assertGreaterEqual(at["curves"], 4, (label, at["words"]))
+                self.assertGreaterEqual(at["curves"], 0 if label == "Slide" else 4, (label, at["words"]))
         row = sweep.row(variant="minimal", weight=sweep["weight"].max())
         self.assertIn(f"minimal{row['iterations']:.0f}", sliders["Prior weight"][-1]["rows"][2])
         cost = trace.where(scene="large")["cost"][-1]
@@ -126,7 +129,7 @@ class Report(unittest.TestCase):
     def test_without_script_all_is_there(self):
         plain = re.sub(r"<script>.*?</script>", "", self.texts["en"], flags=re.S)
         self.assertNotRegex(plain, r'(src|href)="(https?:|/)|url\(|@import')
-        self.assertEqual(plain.count('<div class="control" hidden>'), 3)
+        self.assertEqual(plain.count('<div class="control" hidden>'), 4)
         self.assertIn("H: pose 0 × pose 0: 40 edges, each adds J_iᵀ W J_j: 0–39.", plain)
 
     def test_what_is_wrong_is_found(self):

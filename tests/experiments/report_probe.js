@@ -10,14 +10,16 @@ for (const kind of ["error", "warn"]) console[kind] = (...words) => note(words.j
 // Every position of a slider: its words, and how many curves and rows it shows.
 function useSlider(player) {
   const input = player.querySelector("input"), output = player.querySelector("output"), seen = [];
+  const canvas = player.querySelector("canvas"), pictures = new Set();
   for (let at = 0; at <= Number(input.max); ++at) {
     input.value = at;
     input.dispatchEvent(new Event("input"));
+    pictures.add(canvas?.toDataURL());
     const rows = [...player.querySelectorAll("tbody tr")].filter((row) => row.offsetHeight > 0);
     seen.push({ words: output.textContent, spoken: input.getAttribute("aria-valuetext"),
                 rows: rows.map((row) => row.textContent), curves: player.querySelectorAll("path.on").length });
   }
-  return { label: input.labels[0].textContent, seen };
+  return { label: input.labels[0].textContent, seen, pictures: pictures.size };
 }
 
 // The words on each block of a matrix, by arrow keys from the first one, row after row.

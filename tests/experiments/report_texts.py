@@ -16,12 +16,13 @@ def figures_of(out, of="chapter"):
         return gauge_report.drawn_of(out)
     say = Words("en")
     names = [name for section in captions.sections(Chapter(Tables(out / "csv")), say).values() for name in section]
-    return [*names, *odometry.captions(out, say), *nees.captions(say), *systems.captions(out, say)]
+    return [*names, *odometry.captions(out, say), *odometry.stills(out, say), *nees.captions(say), *systems.captions(out, say)]
 
 
 def write_reports(out, of="chapter"):
     """report.html and report.zh.html in this folder, each figure white in all kinds that they link to."""
     (out / "figures").mkdir(exist_ok=True)
+    report.keep_tables(out)
     if out != OUT:
         (out / "csv").symlink_to((OUT / "gauge" if of == "gauge" else OUT) / "csv")
     style.plt.imsave(out / "white.png", [[[1.0] * 3] * 1600] * 800)

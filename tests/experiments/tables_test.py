@@ -13,6 +13,7 @@ import numpy as np
 
 sys.dont_write_bytecode = True
 from ch5_backend.figures import marginalize, report, style, tables, translate
+from ch5_backend.figures.numbers.windows import KEPT
 from ch5_backend.figures.words import Words
 from tests.experiments import report_texts
 from tests.project import ROOT
@@ -127,9 +128,31 @@ class Tables(unittest.TestCase):
             self.assertEqual(priors.row(policy=policy, stage="before")["null_dimension"], 4)
 
     def test_a_keyframe_takes_landmarks_along_and_another_frame_does_not(self):
-        gone = tables.read(self.out, "okvis_vertices").where(fate="marginalized")
+        gone = tables.read(self.out, "film_vertices").where(fate="marginalized")
         kinds = {case: set(gone.where(case=case)["vertex"].tolist()) for case in ("keyframe", "no keyframe")}
         self.assertEqual(kinds, {"keyframe": {"pose", "speed", "landmark"}, "no keyframe": {"pose", "speed"}})
+
+    def test_the_film_has_covariances_and_a_prior_of_what_the_slide_has_left(self):
+        blocks, vertices, frames = (tables.read(self.out, f"film_{name}") for name in ("blocks", "vertices", "frames"))
+        truth = frames.where(policy="truth")
+        for policy in ("vins", "okvis"):
+            of = frames.where(policy=policy)
+            self.assertTrue(np.all(of["xx_m2"] * of["yy_m2"] > of["xy_m2"] ** 2) and np.all(of["xx_m2"] > 0), policy)
+            apart = [np.hypot(row["x_m"] - true["x_m"], row["y_m"] - true["y_m"]) / np.sqrt(row["xx_m2"] + row["yy_m2"])
+                     for row in of.rows() if row["frame"] == row["image"] for true in [truth.row(frame=row["frame"])]]
+            self.assertLess(np.median(apart), 2, "of what is claimed")
+            gone = {(row["image"], row["row"]) for row in vertices.where(policy=policy, fate="marginalized").rows()}
+            left = blocks.where(policy=policy, stage="prior")
+            self.assertGreater(left["fill"].sum(), 30, policy)
+            for side in ("window_row", "window_column"):
+                self.assertFalse(gone & set(zip(left["image"], left[side])), "in the prior is nothing that has left")
+            self.assertEqual(blocks.where(policy=policy, stage="window")["fill"].sum(), 0)
+
+    def test_each_kept_table_tells_when_it_was_measured(self):
+        kept = {path.stem for path in KEPT.folder.glob("*.csv")} - {"measured"}
+        self.assertEqual(set(KEPT("measured")["table"]), kept)
+        self.assertLessEqual({name for names in report.KEPT_OF.values() for name in names}, kept)
+        self.assertTrue(all(KEPT("measured")["date"]))
 
     def test_after_a_second_without_imu_a_segment_begins_which_is_nearer_the_truth_alone(self):
         for policy in ("vins", "okvis"):

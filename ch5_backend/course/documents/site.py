@@ -117,7 +117,7 @@ def bring_report(out: Path, new: Path) -> list:
         html = report.read_text(encoding="utf-8")
         (new / report.name).write_text(html if (new / "lab.html").exists() else LAB_LINK.sub(r"\1", html), encoding="utf-8")
         for link in set(LINK.findall(html)):
-            if link.startswith(("csv/", "figures/")) and (out / link).is_file():
+            if link.startswith(("csv/", "figures/", "kept/")) and (out / link).is_file():
                 (new / link).parent.mkdir(exist_ok=True)
                 shutil.copy(out / link, new / link)
     return [] if pages else [f"{out / 'report.html'}; ./course run makes it"]

@@ -29,10 +29,15 @@ void RunMarginalizeStudy(const std::filesystem::path& csv);
 /// @throws WriteError
 void RunSlideStudy(const std::filesystem::path& csv);
 
-/// The two cases of OKVIS's marginalization: a keyframe leaves the window, and another frame does. Writes okvis_matrices.csv,
-/// the largest entry of each block of H before the slide and of the prior after it, and okvis_vertices.csv, whose rows they are.
+/// Every slide of both policies' windows along one flight; of OKVIS's, the first one in which a keyframe leaves and the first
+/// in which another frame does bear that as their `case`. All or none:
+///
+///   film_blocks    the largest entry of each block of H before the slide and of the prior after it, and whether it is fill-in
+///   film_vertices  whose rows those of H are, and what the slide makes of them
+///   film_frames    the window's frames from above, laid upon the truth at the oldest one, with the covariance that they claim
+///                  relative to it; and the truth at the images
 /// @throws WriteError
-void RunOkvisCasesStudy(const std::filesystem::path& csv);
+void RunFilmStudy(const std::filesystem::path& csv);
 
 /// A flight whose IMU is silent for a second: positions and errors of the segments before and after, and the truth's. Writes
 /// restart.csv.  @throws WriteError

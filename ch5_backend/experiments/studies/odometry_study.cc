@@ -8,6 +8,7 @@
 
 #include "ch5_backend/consistency/gauge_audit.h"
 #include "ch5_backend/experiments/studies/matrices.h"
+#include "ch5_backend/experiments/studies/systems/system_studies.h"
 #include "ch5_backend/files/tables/trajectory_file.h"
 #include "ch5_backend/marginalize/square_root.h"
 #include "ch5_backend/simulate/sensors/simulation.h"
@@ -162,6 +163,7 @@ void WriteOdometryTables(const OdometryStudy& study, const std::filesystem::path
   files.Add(csv / "odometry_spectrum.csv", study.spectrum.Text());
   files.Add(csv / "odometry_gauge.csv", study.gauge.Text());
   files.Add(csv / "odometry_warnings.csv", WarningTable(study).Text());
+  files.Add(csv / "odometry_machine.csv", MachineTable(0, {}).Text());
   files.Commit();
 }
 

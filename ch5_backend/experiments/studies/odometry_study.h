@@ -43,7 +43,7 @@ OdometryStudy RunOdometryStudy(Recording recording,
                                const OdometrySettings& settings = {}, bool batch = false);
 
 /// Into `csv`: odometry_policies.csv, odometry_segments.csv, odometry_path.csv, odometry_windows.csv, odometry_matrices.csv,
-/// odometry_spectrum.csv, odometry_gauge.csv and odometry_warnings.csv; all or none.
+/// odometry_spectrum.csv, odometry_gauge.csv, odometry_warnings.csv and odometry_machine.csv; all or none.
 /// @throws WriteError
 void WriteOdometryTables(const OdometryStudy& study, const std::filesystem::path& csv);
 

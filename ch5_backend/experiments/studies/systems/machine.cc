@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <ctime>
 #include <fstream>
 #include <thread>
 
@@ -24,8 +25,11 @@ std::string NameOfProcessor() {
 CsvTable MachineTable(int, const std::filesystem::path&) {
   double load = 0.0;
   getloadavg(&load, 1);
-  CsvTable table("processor,cores,load");
-  table.Row(NameOfProcessor(), std::thread::hardware_concurrency(), load);
+  const std::time_t now = std::time(nullptr);
+  char date[16];
+  std::strftime(date, sizeof date, "%F", std::gmtime(&now));
+  CsvTable table("processor,cores,load,date");
+  table.Row(NameOfProcessor(), std::thread::hardware_concurrency(), load, date);
   return table;
 }
 
