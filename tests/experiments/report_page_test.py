@@ -130,7 +130,7 @@ class Report(unittest.TestCase):
         plain = re.sub(r"<script>.*?</script>", "", self.texts["en"], flags=re.S)
         self.assertNotRegex(plain, r'(src|href)="(https?:|/)|url\(|@import')
         self.assertEqual(plain.count('<div class="control" hidden>'), 4)
-        self.assertIn("H: pose 0 × pose 0: 40 edges, each adds J_iᵀ W J_j: 0–39.", plain)
+        self.assertIn("H: pose 0 × pose 0: 40 edges, each adds J_iᵀ W J_j: numbers 0–39.", plain)
 
     def test_what_is_wrong_is_found(self):
         wrong = self.probed["en"].replace("<h1>", '<img src="http://localhost/a.png"><script>nonsense()</script>'
