@@ -71,6 +71,8 @@ def opening(heading, lead, say, pages=PAGES):
 def write_all(directory, title, body_of, pages=PAGES):
     """DIR/report.html and the same in the other languages, unless other `pages` are meant; body_of(directory, say) gives the
     pieces."""
+    from .translate import warn_without_font  # Matplotlib, which other pages do without
+    warn_without_font()
     says = [Words(language) for language in pages]
     with ThreadPoolExecutor() as pool:  # most of the time goes into packing pictures, which Pillow does without Python's lock
         bodies = list(pool.map(lambda say: body_of(directory, say), says))

@@ -1,5 +1,6 @@
 """The words inside a figure in Chinese: words/figures.zh.json has a sentence for each, with {names} for what varies."""
 import re
+import sys
 from functools import lru_cache
 
 from matplotlib import font_manager
@@ -7,7 +8,8 @@ from matplotlib.text import Text
 
 from .words import IN_CHINESE
 
-FONTS = ("Noto Sans CJK SC", "Noto Sans CJK JP")
+FONTS = ("Noto Sans CJK SC", "Noto Sans CJK JP", "Source Han Sans SC", "PingFang SC", "Microsoft YaHei", "WenQuanYi Micro Hei",
+         "WenQuanYi Zen Hei", "SimHei")
 
 
 @lru_cache
@@ -31,6 +33,12 @@ def font():
     """A font with Chinese letters, or None."""
     have = {one.name for one in font_manager.fontManager.ttflist}
     return next((name for name in FONTS if name in have), None)
+
+
+def warn_without_font():
+    if font() is None:
+        print("no font with Chinese letters is installed (Debian, Ubuntu: fonts-noto-cjk): the figures of the Chinese page stay English",
+              file=sys.stderr)
 
 
 def to_chinese(figure):
