@@ -13,10 +13,8 @@
 /// wrong matrix instead (undamped, before rows were moved) belongs to its Source, with a name; a sum that a loop adds up,
 /// edge by edge, is an Assembly, whose shares of one name change together, as one statement of the loop does.
 ///
-/// A rule is a function in the table of slips.cc: it sees one node, and reports what may replace it, with the id
-/// of a sentence. The engine puts it there, once and wherever else the same node is used, evaluates what comes out, and
-/// compares. To add a rule: a function there, its row in the table (the likelier ones above), and its sentence in
-/// ch5_backend/course/base/language/{en,zh}.json. Rules know no course.
+/// How rules are made, and one more added: rules.h. The search puts what a rule reports in its place, once and wherever else the
+/// same node is used, evaluates what comes out, and compares.
 ///
 /// One slip at a time, or the same one wherever a block is used; and of a sum, terms with other whole or half factors, as
 /// long as it has many more numbers than terms. Two independent slips would explain too much.

@@ -1,0 +1,307 @@
+#include "ch5_homework/judge/formula/rules.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <stdexcept>
+
+#include "ch5_backend/math/psd.h"
+
+namespace ch5::homework::formula {
+
+Text Say(const char* id, std::initializer_list<std::pair<const char*, std::string>> words) {
+  std::vector<Text::Argument> arguments;
+  for (const auto& [name, word] : words) arguments.push_back({name, Word(word)});
+  return {id, arguments};
+}
+
+const MatXX* Square(const Expression& x) {
+  const auto& A = TryValue(x);
+  return A && A->rows() == A->cols() && A->size() > 0 && A->allFinite() ? &*A : nullptr;
+}
+
+std::vector<Term> TermsOfSum(const Expression& x) {
+  std::vector<Term> terms;
+  if (x->kind == Kind::kSum) {
+    for (size_t k = 0; k < x->parts.size(); ++k) {
+      for (const Term& term : TermsOfSum(x->parts[k])) terms.push_back({x->factors[k] * term.factor, term.x});
+    }
+    return terms;
+  }
+  if (x->kind == Kind::kProduct) {
+    const auto sum =
+        std::find_if(x->parts.begin(), x->parts.end(), [](const Expression& one) { return one->kind == Kind::kSum; });
+    if (sum != x->parts.end()) {
+      for (const Term& term : TermsOfSum(*sum)) {
+        auto factors = x->parts;
+        factors[static_cast<size_t>(sum - x->parts.begin())] = term.x;
+        terms.push_back({term.factor, Product(factors)});
+      }
+      return terms;
+    }
+  }
+  return {{1.0, x}};
+}
+
+// ---- sums ------------------------------------------------------------------------------------------------------------
+
+static Expression Without(const Expression& sum, size_t k) {
+  auto terms = sum->parts;
+  auto factors = sum->factors;
+  terms.erase(terms.begin() + static_cast<ptrdiff_t>(k));
+  factors.erase(factors.begin() + static_cast<ptrdiff_t>(k));
+  return Sum(terms, factors);
+}
+
+void TermMissing(const View& v) {
+  if (v.x->kind != Kind::kSum || v.x->parts.size() < 2) return;
+  for (size_t k = 0; k < v.x->parts.size(); ++k) {
+    const Expression rest = Without(v.x, k);
+    const std::string term = NameOf(v.x->parts[k]);
+    if (v.x->factors[k] < 0.0) {
+      v.report(Say("formula.nothing_subtracted", {{"rest", NameOf(rest)}, {"that", term}}), rest);
+    } else {
+      v.report(Say("formula.rest_missing", {{"rest", term}, {"that", NameOf(rest)}}), rest);
+      if (v.x->parts.size() == 2)
+        v.report(Say("formula.rest_missing", {{"rest", term}, {"that", NameOf(-rest)}}), -rest);
+    }
+  }
+}
+
+void TermOfOtherSign(const View& v) {
+  if (v.x->kind != Kind::kSum || v.x->parts.size() < 2) return;
+  for (size_t k = v.x->parts.size(); k-- > 0;) {
+    auto factors = v.x->factors;
+    factors[k] = -factors[k];
+    const std::string term = NameOf(v.x->parts[k]);
+    const Text cause = v.x->factors[k] < 0.0 ? Say("formula.sign_added", {{"term", term}})
+                                             : Say("formula.sign_of_term", {{"this", term}, {"that", NameOf(v.x)}});
+    v.report(cause, Sum(v.x->parts, factors));
+  }
+}
+
+/// A (b − c) with A on one term only.
+void BracketsMissing(const View& v) {
+  if (v.x->kind != Kind::kProduct) return;
+  for (size_t k = 0; k < v.x->parts.size(); ++k) {
+    const Expression& sum = v.x->parts[k];
+    if (sum->kind != Kind::kSum) continue;
+    for (size_t only = 0; only < sum->parts.size(); ++only) {
+      auto factors = v.x->parts;
+      factors[k] = sum->parts[only];
+      auto terms = sum->parts;
+      terms[only] = Product(factors);
+      factors.erase(factors.begin() + static_cast<ptrdiff_t>(k));
+      v.report(Say("formula.inverse_on_one_term", {{"inverse", NameOf(Product(factors))}, {"that", NameOf(sum)}}),
+               Sum(terms, sum->factors));
+    }
+  }
+}
+
+// ---- products --------------------------------------------------------------------------------------------------------
+
+/// One factor, or several in a row.
+void FactorMissing(const View& v) {
+  if (v.x->kind != Kind::kProduct) return;
+  const size_t n = v.x->parts.size();
+  for (size_t length = 1; length < n; ++length) {
+    for (size_t k = 0; k + length <= n; ++k) {
+      const auto begin = v.x->parts.begin() + static_cast<ptrdiff_t>(k);
+      auto rest = v.x->parts;
+      rest.erase(rest.begin() + static_cast<ptrdiff_t>(k), rest.begin() + static_cast<ptrdiff_t>(k + length));
+      const std::string missing = NameOf(Product({begin, begin + static_cast<ptrdiff_t>(length)}));
+      v.report(Say("formula.missing_in", {{"this", missing}, {"product", NameOf(v.x)}}), Product(rest));
+    }
+  }
+}
+
+void FactorTwice(const View& v) {
+  if (v.x->kind != Kind::kProduct) return;
+  for (size_t k = 0; k < v.x->parts.size(); ++k) {
+    auto twice = v.x->parts;
+    twice.insert(twice.begin() + static_cast<ptrdiff_t>(k), v.x->parts[k]);
+    v.report(Say("formula.inverse_twice", {{"inverse", FactorName(v.x->parts[k])}}), Product(twice));
+  }
+}
+
+/// The factors in any other order.
+void FactorsInAnotherOrder(const View& v) {
+  if (v.x->kind != Kind::kProduct || v.x->parts.size() > 4) return;
+  std::vector<size_t> order(v.x->parts.size());
+  std::iota(order.begin(), order.end(), 0u);
+  while (std::next_permutation(order.begin(), order.end())) {
+    std::vector<Expression> factors;
+    for (const size_t k : order) factors.push_back(v.x->parts[k]);
+    v.report(Say("formula.stands_for", {{"this", NameOf(Product(factors))}, {"that", NameOf(v.x)}}), Product(factors));
+  }
+}
+
+/// Several factors in a row, which the student's code may hold in one variable.
+void FactorsTransposed(const View& v) {
+  if (v.x->kind != Kind::kProduct) return;
+  const size_t n = v.x->parts.size();
+  for (size_t length = 2; length <= n; ++length) {
+    for (size_t k = 0; k + length <= n; ++k) {
+      const auto begin = v.x->parts.begin() + static_cast<ptrdiff_t>(k), end = begin + static_cast<ptrdiff_t>(length);
+      const Expression run = Product({begin, end});
+      std::vector<Expression> factors(v.x->parts.begin(), begin);
+      factors.push_back(Transpose(run));
+      factors.insert(factors.end(), end, v.x->parts.end());
+      v.report(Say("formula.stands_for", {{"this", NameOf(Transpose(run))}, {"that", NameOf(run)}}), Product(factors));
+    }
+  }
+}
+
+// ---- inverses --------------------------------------------------------------------------------------------------------
+
+void InverseForgotten(const View& v) {
+  if (v.x->kind != Kind::kInverse) return;
+  v.report(Say("formula.inverse_meant", {{"matrix", NameOf(v.x->parts[0])}}), v.x->parts[0]);
+}
+
+void InverseOfOneKindOnly(const View& v) {
+  const MatXX* const A = v.x->kind == Kind::kInverse ? Square(v.x->parts[0]) : nullptr;
+  if (A == nullptr || A->rows() == 1) return;
+  const std::string name = NameOf(v.x->parts[0]);
+  const auto instead = [&](const char* id, const MatXX& inverse) {
+    v.report(Say(id, {{"matrix", name}}), Matrix(name + "⁻¹", inverse));
+  };
+  const MatXX one = MatXX::Identity(A->rows(), A->cols());
+  instead("formula.only_diagonal_inverted", A->diagonal().cwiseInverse().asDiagonal());
+  instead("formula.inverse_by_entries", A->cwiseInverse());
+  for (const double number : {(*A)(0, 0), A->determinant(), A->trace(), A->norm()}) {
+    instead("formula.divided_by_a_number", one / number);
+  }
+}
+
+void RootOfInverse(const View& v) {
+  const MatXX* const A = v.x->kind == Kind::kInverse ? Square(v.x->parts[0]) : nullptr;
+  if (A == nullptr) return;
+  const std::string name = FactorName(v.x->parts[0]);
+  const MatXX inverse = PseudoInversePsd(*A);
+  const Eigen::SelfAdjointEigenSolver<MatXX> eigen(inverse);
+  const VecX roots = eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+  v.report(Say("formula.stands_for", {{"this", name + "^-½"}, {"that", name + "⁻¹"}}),
+           Matrix(name + "^-½", eigen.eigenvectors() * roots.asDiagonal() * eigen.eigenvectors().transpose()));
+}
+
+/// Directions that were measured count as not measured: the weakest; all, where that may be by units or by rank.
+void DirectionsCut(const View& v) {
+  const MatXX* const A = v.x->kind == Kind::kInverse ? Square(v.x->parts[0]) : nullptr;
+  if (A == nullptr) return;
+  const bool weak = A->norm() < 1e-3 || !(*A * PseudoInversePsd(*A)).isIdentity(1e-6);
+  const std::string name = NameOf(v.x->parts[0]);
+  for (Index cut = A->rows() - (weak ? 0 : 1); cut > 0; --cut) {
+    try {
+      v.report(Say("formula.known_direction_cut", {{"matrix", name}}),
+               Matrix(name + "⁻¹", PseudoInversePsd(*A, static_cast<int>(cut))));
+    } catch (const std::invalid_argument&) {  // another direction is not positive
+    }
+  }
+}
+
+/// A small multiple of I added, against a matrix that might be singular, or to its inverse.
+void MultipleOfIAdded(const View& v) {
+  const MatXX* const A = Square(v.x);
+  const bool may = v.x->kind == Kind::kInverse || (v.x->kind == Kind::kMatrix && v.x->source);
+  if (A == nullptr || !may) return;
+  const std::string name = NameOf(v.x);
+  for (double x = 1.0; x > 1e-13; x *= 0.1) {
+    const MatXX more = *A + x * MatXX::Identity(A->rows(), A->cols());
+    v.report(Say("formula.multiple_of_I_added", {{"x", Number(x)}, {"matrix", name}}), Matrix(name, more));
+  }
+}
+
+/// The inverse of another matrix.
+void InverseOfAnother(const View& v) {
+  if (v.x->kind != Kind::kInverse) return;
+  for (const Expression& other : v.named) {
+    if (other->kind == Kind::kInverse || NameOf(other) == NameOf(v.x->parts[0]) || !Square(other)) continue;
+    v.report(Say("formula.stands_for", {{"this", NameOf(Inverse(other))}, {"that", NameOf(v.x)}}), Inverse(other));
+  }
+}
+
+/// Where a matrix is singular, its inverse is not finite, and so is what it is a part of.
+void InverseOfSingular(const View& v) {
+  const MatXX* const A = v.x->kind == Kind::kInverse ? Square(v.x->parts[0]) : nullptr;
+  if (A == nullptr || v.got.allFinite() || (*A * PseudoInversePsd(*A)).isIdentity(1e-6)) return;
+  v.report(Say("formula.inverse_of_singular", {{"matrix", NameOf(v.x->parts[0])}}), nullptr);
+}
+
+/// (H⁻¹)_mm for (H_mm)⁻¹.
+void BlockOfTheInverse(const View& v) {
+  if (v.x->kind != Kind::kInverse || !v.x->parts[0]->source) return;
+  const Node& block = *v.x->parts[0];
+  const MatXX& A = block.source->A;
+  if (A.rows() != A.cols() || block.value.rows() != block.value.cols() || block.value.rows() == A.rows()) return;
+  const Index n = block.value.rows();
+  v.report(Say("formula.block_of_the_inverse", {{"block", block.name}, {"matrix", block.source->name}}),
+           Matrix(block.name + "⁻¹", PseudoInversePsd(A).block(block.row, block.column, n, n)));
+}
+
+// ---- the whole -------------------------------------------------------------------------------------------------------
+
+/// The terms so many times each, by least squares: half and whole numbers, or any of one term.
+void TermsOfOtherCounts(const View& v) {
+  const auto& right = TryValue(v.x);
+  if (!v.is_whole || v.formula.right->kind == Kind::kSeen || v.x->kind == Kind::kStack || !right || !v.got.allFinite())
+    return;
+  if (right->rows() != v.got.rows() || right->cols() != v.got.cols()) return;
+  const std::vector<Term> terms = TermsOfSum(v.x);
+  const auto n = static_cast<Index>(terms.size());
+  if (n < 2 || v.got.size() <= n) return;
+  MatXX basis(v.got.size(), n);
+  for (Index k = 0; k < n; ++k) basis.col(k) = TryValue(terms[static_cast<size_t>(k)].x)->reshaped();
+  const VecX scale = basis.colwise().norm().cwiseMax(1e-300).cwiseInverse().transpose();
+  const MatXX scaled = basis * scale.asDiagonal();
+  VecX counts =
+      scale.asDiagonal() * (PseudoInversePsd(scaled.transpose() * scaled) * (scaled.transpose() * v.got.reshaped()));
+  std::vector<Expression> parts;
+  std::vector<double> factors;
+  Index wrong = -1;
+  int wrong_ones = 0, odd_ones = 0;
+  for (Index k = 0; k < n; ++k) {
+    const Term& term = terms[static_cast<size_t>(k)];
+    double& count = counts[k];
+    const double half = 0.5 * std::round(2.0 * count);
+    const bool is_half = std::abs(count - half) < 1e-6;
+    if (is_half) count = half;
+    odd_ones += !is_half;
+    if (count != term.factor) {
+      ++wrong_ones;
+      wrong = k;
+    }
+    if (count == 0.0) continue;
+    parts.push_back(term.x);
+    factors.push_back(count);
+  }
+  if (wrong_ones == 0 || parts.empty() || (odd_ones > 0 && wrong_ones > 1)) return;
+  const auto ratio = [&](Index k) { return counts[k] / terms[static_cast<size_t>(k)].factor; };
+  bool as_a_whole = true;  // then so is what is said of it
+  for (Index k = 1; k < n; ++k) as_a_whole = as_a_whole && ratio(k) == ratio(0);
+  if (as_a_whole) return;
+  const Expression instead = Sum(parts, factors);
+  if (wrong_ones == 1) {
+    const Term& term = terms[static_cast<size_t>(wrong)];
+    v.report(Say("formula.term_times", {{"term", NameOf(term.x)}, {"k", Number(counts[wrong] / term.factor)}}),
+             instead);
+  } else {
+    v.report(Say("formula.combination", {{"this", NameOf(instead)}, {"that", NameOf(v.x)}}), instead);
+  }
+}
+
+// ---- the table -------------------------------------------------------------------------------------------------------
+
+const std::vector<Rule>& Rules() {
+  static const std::vector<Rule> rules{
+      &PartZero,           &InverseOfSingular, &TermOfOtherSign, &TermMissing,          &FactorMissing,
+      &BracketsMissing,    &InverseForgotten,  &FactorTwice,     &InverseOfOneKindOnly, &AnotherSource,
+      &TransposeForgotten, &AnotherForIt,      &Transposed,      &FactorsTransposed,    &FactorsInAnotherOrder,
+      &InverseOfAnother,   &DirectionsCut,     &OnlyDiagonal,    &OnlyTriangle,         &PartsOfATerm,
+      &PartsOfABlock,      &RootOfInverse,     &Inverted,        &BlockOfTheInverse,    &AnotherPlace,
+      &MultipleOfIAdded,   &SharesOfAKind,     &SharesElsewhere, &TermsOfOtherCounts};
+  return rules;
+}
+
+}  // namespace ch5::homework::formula

@@ -1,0 +1,111 @@
+#include "ch5_homework/judge/formula/rules.h"
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+namespace ch5::homework::formula {
+
+bool IsOfKind(const Share& share, const Text& kind) {
+  return std::any_of(share.kinds.begin(), share.kinds.end(),
+                     [&](const Text& one) { return one.Json() == kind.Json(); });
+}
+
+std::vector<Text> KindsOf(const Expression& assembly) {
+  std::vector<Text> kinds;
+  std::set<std::string> seen;
+  for (const Share& share : assembly->shares) {
+    for (const Text& kind : share.kinds) {
+      if (seen.insert(kind.Json()).second) kinds.push_back(kind);
+    }
+  }
+  return kinds;
+}
+
+std::string TodoOf(const std::vector<Share>& shares, const Text& kind) {
+  std::set<std::string> todos;
+  for (const Share& share : shares) {
+    if (IsOfKind(share, kind)) todos.insert(share.x->todo);
+  }
+  return todos.size() == 1 ? *todos.begin() : "";
+}
+
+/// An assembly with `change` of the shares that are of this kind, or of all.
+template <typename Change>
+static Expression WithShares(const Expression& x, const Text* kind, const Change& change) {
+  std::vector<Share> shares;
+  for (const Share& share : x->shares) {
+    const bool is = kind == nullptr || IsOfKind(share, *kind);
+    Share changed = share;
+    if (change(is, &changed)) shares.push_back(changed);
+  }
+  return WrittenAt(kind == nullptr ? "" : TodoOf(x->shares, *kind), Assembly(x->name, x->rows, x->columns, shares));
+}
+
+void SharesOfAKind(const View& v) {
+  if (v.x->kind != Kind::kAssembly) return;
+  const Text matrix = Word(v.x->name);
+  const auto report = [&](const char* id, const Text& kind, const auto& change) {
+    v.report({id, {{"kind", kind}, {"matrix", matrix}}}, WithShares(v.x, &kind, change));
+  };
+  for (const Text& kind : KindsOf(v.x)) {
+    report("formula.shares_missing", kind, [](bool is, Share*) { return !is; });
+    report("formula.shares_alone", kind, [](bool is, Share*) { return is; });
+    for (const double times : {2.0, -1.0}) {
+      report(times > 0.0 ? "formula.shares_twice" : "formula.shares_of_other_sign", kind, [=](bool is, Share* share) {
+        if (is) share->x = times * share->x;
+        return true;
+      });
+    }
+    report("formula.shares_transposed", kind, [](bool is, Share* share) {
+      const MatXX& A = Value(share->x);
+      if (is && A.rows() == A.cols()) share->x = Transpose(share->x);
+      return true;
+    });
+    report("formula.shares_assigned", kind, [](bool is, Share* share) {
+      share->assigned = is;
+      return true;
+    });
+  }
+  for (const double sign : {1.0, -1.0}) {  // = for += and for −=
+    v.report({"formula.assigned", {{"matrix", matrix}}}, WithShares(v.x, nullptr, [=](bool, Share* share) {
+               share->assigned = true;
+               if (sign < 0.0) share->x = -share->x;
+               return true;
+             }));
+  }
+}
+
+/// At other places: all shares, or those of one kind.
+void SharesElsewhere(const View& v) {
+  if (v.x->kind != Kind::kAssembly) return;
+  struct Move {
+    Text name;
+    int turn;  // a share may have several places of one name
+  };
+  std::vector<Move> moves;
+  std::set<std::string> seen;
+  for (const Share& share : v.x->shares) {
+    std::map<std::string, int> turns;
+    for (const auto& other : share.elsewhere) {
+      const int turn = turns[other.name.Json()]++;
+      if (seen.insert(other.name.Json() + std::to_string(turn)).second) moves.push_back({other.name, turn});
+    }
+  }
+  const std::vector<Text> kinds = KindsOf(v.x);
+  for (const auto& [name, turn] : moves) {
+    const auto move = [&, wanted = &name, last = turn](bool is, Share* share) {
+      int now = 0;
+      for (const auto& other : share->elsewhere) {
+        if (is && other.name.Json() == wanted->Json() && now++ == last) share->place = other.place;
+      }
+      return true;
+    };
+    v.report(name, WithShares(v.x, nullptr, move));
+    for (const Text& kind : kinds) {
+      v.report({"formula.in_kind", {{"kind", kind}, {"cause", name}}}, WithShares(v.x, &kind, move));
+    }
+  }
+}
+
+}  // namespace ch5::homework::formula
