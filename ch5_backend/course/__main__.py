@@ -16,7 +16,8 @@ ACTIONS = {  # its module, and the function of it that does it
     "track": (".experiments.track", lambda module, given: module.track(given)),
     "fly": (".experiments.fly", lambda module, given: module.fly(given, only_flights=True)),
     "test": (".test", lambda module, given: module.test(given.names, given.quick, given.nightly, given.extra)),
-    "check": (".homework.check", lambda module, given: module.run_check(given.asked, given.json, given.seed, given.language)),
+    "check": (".homework.check", lambda module, given: module.watch(given.asked, given.seed, given.language)
+              if given.watch and not given.json else module.run_check(given.asked, given.json, given.seed, given.language)),
     "status": (".homework.check", lambda module, given: module.run_status(given.json, given.language)),
     "hint": (".homework.hint", lambda module, given: module.show(given.stage, given.number, given.language)),
     "deep": (".homework.make_skeleton", lambda module, given: module.deepen(not given.off, given.language)),

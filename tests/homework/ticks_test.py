@@ -1,12 +1,18 @@
-"""A mark for each TODO, from the checks that run its lines."""
+"""A mark for each TODO, from the checks that run its lines; and what is checked again when a file is saved."""
 
+import io
 import json
+import os
 import unittest
+from unittest import mock
 
 from ch5_backend.course.grading.rubric import read_rubric
+from ch5_backend.course.homework import check
+from ch5_backend.course.homework.diagnosis import Verdict, because
 from ch5_backend.course.homework.make_skeleton import skeleton
 from ch5_backend.course.homework.regions import STAGES, todos_of
 from ch5_backend.course.homework.ticks import exercised, ticks
+from tests.folder import FolderTest
 
 STAGE = {stage["id"]: stage for stage in STAGES}
 
@@ -61,3 +67,36 @@ class Ticks(unittest.TestCase):
 
 if __name__ == "__main__":
     unittest.main()
+
+
+class Watch(FolderTest):
+    def watch(self, on_terminal: bool) -> tuple:
+        """The exit code, the stages judged each time, and what was printed; the third look finds gauge_prior.cc saved, and right."""
+        judged, looks, out = [], [], io.StringIO()
+        out.isatty = lambda: on_terminal
+        for name in ("problem.cc", "gauge_prior.cc"):
+            (self.folder / name).write_text(skeleton(name), encoding="utf-8")
+
+        def judge(stages, options):
+            judged.append([stage["id"] for stage in stages])
+            right = Verdict("right"), Verdict("wrong", because("compiler.silent"))
+            return [right[stage["id"] == "3" and len(judged) == 1] for stage in stages]
+
+        def sleep(_):
+            looks.append(1)
+            if len(looks) == 3:
+                os.utime(self.folder / "gauge_prior.cc", ns=(1, 1))
+            self.assertLess(len(looks), 5)
+        with mock.patch.dict(os.environ, CH5_CHECK_FOLDER=str(self.folder)), mock.patch.object(check, "judge_stages", judge), \
+                mock.patch.object(check.time, "sleep", sleep), mock.patch("sys.stdout", out):
+            return check.watch(["1.1", "3"], None, "en"), judged, out.getvalue()
+
+    def test_a_save_is_checked_again_until_all_is_right(self):
+        code, judged, printed = self.watch(on_terminal=True)
+        self.assertEqual((code, judged), (0, [["1.1", "3"], ["3"]]))
+        self.assertEqual(printed.count("Waiting for the next save"), 1)
+
+    def test_in_a_pipe_it_is_checked_once(self):
+        code, judged, printed = self.watch(on_terminal=False)
+        self.assertEqual((code, judged), (1, [["1.1", "3"]]))
+        self.assertNotIn("Waiting", printed)

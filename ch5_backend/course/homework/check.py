@@ -5,6 +5,7 @@ import os
 import re
 import shutil
 import sys
+import time
 from pathlib import Path
 
 from . import blanks, hint_policy
@@ -26,6 +27,7 @@ MARKS = {"right": "✓", "not-started": "·"}
 TICK_NAMES = {RIGHT: "right", WRONG: "wrong", EMPTY: "empty", WAITS: "not judged"}  # as scripts read them
 TICK_COLORS = {RIGHT: "right", WRONG: "wrong", EMPTY: "not-started"}
 STATE_WIDTH = 16  # columns
+LOOK_AGAIN = 0.3  # seconds, for a file that has been saved
 LONGEST_PRINTED = 400  # of a line that the student's code has printed, in a pipe
 
 
@@ -37,6 +39,29 @@ def run_check(asked: list, as_json: bool, seed, language: str) -> int:
     verdicts = judge_stages(stages, [] if seed is None else [f"--seed={seed}"])
     report(stages, verdicts if as_json else held_back(stages, verdicts), as_json, tell, speaker(language))
     return 0 if all(verdict.state == "right" for verdict in verdicts) else 1
+
+
+def watch(asked: list, seed, language: str) -> int:
+    """Judges the stages asked for, and at each save those of the saved files, until all are right; 0. In a pipe, once."""
+    stages, say, seen, states = select(asked), speaker(language), {}, {}
+    while True:
+        now = {stage["file"]: saved(stage["file"]) for stage in stages}
+        if again := [stage for stage in stages if stage["file"] not in seen or now[stage["file"]] != seen[stage["file"]]]:
+            verdicts = judge_stages(again, [] if seed is None else [f"--seed={seed}"])
+            states |= {stage["id"]: verdict.state for stage, verdict in zip(again, verdicts)}
+            print("\033[2J\033[H" if seen else "", end="")  # a clear screen
+            report(again, held_back(again, verdicts), False, tell if seen or asked else tell_line, say)
+            if set(states.values()) == {"right"} or not sys.stdout.isatty():
+                return int(set(states.values()) != {"right"})
+            print("\n" + fitted(say("check.watching"), sys.stdout), flush=True)
+            seen = now
+        time.sleep(LOOK_AGAIN)
+
+
+def saved(file: str):
+    """When the file was last saved; None where there is none, as in the middle of a save."""
+    path = folder() / file
+    return path.stat().st_mtime_ns if path.exists() else None
 
 
 def run_status(as_json: bool, language: str) -> int:
