@@ -53,7 +53,6 @@ int main(int argc, char** argv) {
     graph.Edges().back()->SetLossFunction(loss);
   }
   ch5::SparseOptimizer optimizer(&graph, /*threads=*/2);
-  optimizer.SetDamping(ch5::Damping::kDiagonal);
   const ch5::Summary summary = optimizer.Solve();
   std::printf("cost %.6g -> %.6g in %d iterations: %s\n", summary.initial_cost, summary.final_cost, summary.iterations,
               summary.message.c_str());

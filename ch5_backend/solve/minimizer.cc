@@ -14,23 +14,26 @@ namespace {
 // A smaller change of the cost, relative to it, is lost in its last digit: what follows would be chance.
 constexpr double kRounding = std::numeric_limits<double>::epsilon();
 
-std::unique_ptr<StepStrategy> MakeStrategy(const SolveOptions& options) {
+std::unique_ptr<StepStrategy> MakeStrategy(const NormalEquations& system, const SolveOptions& options) {
   switch (options.algorithm) {
     case Algorithm::kGaussNewton: return MakeGaussNewton();
     case Algorithm::kDogleg: return MakeDogleg(options.initial_radius);
-    case Algorithm::kLevenbergMarquardt: break;
+    case Algorithm::kLevenbergMarquardt: return MakeLevenbergMarquardt(options.tau);
+    case Algorithm::kAutomatic: break;
   }
-  return MakeLevenbergMarquardt(options.tau);
+  return system.SuitsDogleg() ? MakeDogleg(options.initial_radius) : MakeLevenbergMarquardt(options.tau);
 }
 
 // One run of Minimize: the loop's state, and the rules that end it.
 class Run {
  public:
   Run(NormalEquations* system, const SolveOptions& options)
-      : system_(system), options_(options), strategy_(MakeStrategy(options)), refines_(options.landmark_steps > 0) {}
+      : system_(system), options_(options), refines_(options.landmark_steps > 0) {}
 
   Summary Solve() {
     system_->SetOrdering();
+    strategy_ = MakeStrategy(*system_, options_);
+    may_become_damped_ = options_.algorithm == Algorithm::kAutomatic && system_->SuitsDogleg();
     cost_ = Evaluate(system_->Size() > 0);
     summary_.initial_cost = cost_;
     if (system_->Size() == 0) {
@@ -126,7 +129,7 @@ class Run {
       }
       if (!strategy_->Rejected()) break;
     }
-    if (BecomesExact()) return;
+    if (BecomesExact() || BecomesDamped()) return;
     if (solved) return Stop(Termination::kNoDecrease, "no step lowered the cost below ", cost_);
     Stop(Termination::kLinearSolverFailed, "H + lambda D is not positive definite at lambda = ", info_.lambda,
          "; is a gauge free, or a landmark seen too little?");
@@ -177,7 +180,15 @@ class Run {
     if (!may_be_inexact_) return false;
     may_be_inexact_ = false;
     if (!system_->SolveExactly()) return false;
-    strategy_ = MakeStrategy(options_);
+    strategy_ = MakeStrategy(*system_, options_);
+    return true;
+  }
+
+  // Where Dogleg finds no lower cost, though it suits the system, damped steps may: they shorten sooner.
+  bool BecomesDamped() {
+    if (!may_become_damped_) return false;
+    may_become_damped_ = false;
+    strategy_ = MakeLevenbergMarquardt(options_.tau);
     return true;
   }
 
@@ -226,6 +237,7 @@ class Run {
   double first_gradient_max_ = 0.0;
   bool has_hessian_ = false;  // of the states that were evaluated last
   bool may_be_inexact_ = true;
+  bool may_become_damped_ = false;
   bool stopped_ = false;
   bool refines_;
 };

@@ -9,8 +9,9 @@
 
 namespace ch5 {
 
-/// Which steps are tried: solve/step_strategy.h.
-enum class Algorithm { kGaussNewton, kLevenbergMarquardt, kDogleg };
+/// Which steps are tried: solve/step_strategy.h. kAutomatic is Levenberg-Marquardt, or Dogleg where the system suits it
+/// better: in the sparse solver, a graph without landmarks.
+enum class Algorithm { kGaussNewton, kLevenbergMarquardt, kDogleg, kAutomatic };
 
 /// Why the iteration ended. All rules are relative, so they do not depend on units or weights.
 enum class Termination {
@@ -47,7 +48,7 @@ struct IterationInfo {
 };
 
 struct SolveOptions {
-  Algorithm algorithm = Algorithm::kLevenbergMarquardt;
+  Algorithm algorithm = Algorithm::kAutomatic;
   int max_iterations = 20;
   double cost_tolerance = 1e-6;
   double gradient_tolerance = 1e-10;

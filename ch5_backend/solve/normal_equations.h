@@ -69,6 +69,10 @@ class NormalEquations {
   /// @return false if they are already, or if that would take too long; nothing has changed then
   virtual bool SolveExactly() { return false; }
 
+  /// Whether Dogleg leads to a minimum sooner than damped steps: where a step of Gauss and Newton is good far from it, another
+  /// trial would cost a factorization, and the directions that damping holds are those that have far to go.
+  virtual bool SuitsDogleg() const { return false; }
+
   /// What to name where the cost or b is not finite, such as an edge; empty if there is nothing.
   virtual std::string WhatIsNotFinite() { return ""; }
 

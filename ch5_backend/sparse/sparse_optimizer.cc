@@ -7,7 +7,9 @@
 namespace ch5 {
 
 SparseOptimizer::SparseOptimizer(Graph* graph, int threads)
-    : graph_(graph), threads_(threads), solver_(std::make_unique<SparseSolver>(graph, threads)) {}
+    : graph_(graph), threads_(threads), solver_(std::make_unique<SparseSolver>(graph, threads)) {
+  SetDamping(Damping::kDiagonal);
+}
 
 SparseOptimizer::~SparseOptimizer() = default;
 

@@ -2,7 +2,6 @@
 /// The sparse solver for a whole optimization: what to solve with, which part of the graph, and the algorithm.
 ///
 ///   SparseOptimizer optimizer(&graph, /*threads=*/2);
-///   optimizer.SetDamping(Damping::kDiagonal);
 ///   const Summary summary = optimizer.Solve(options);
 ///
 /// or in g2o's words, here with a second round without the outliers of the first:
@@ -38,6 +37,7 @@ class SparseOptimizer {
   explicit SparseOptimizer(Graph* graph, int threads = 1);
   ~SparseOptimizer();
 
+  /// Diagonal unless set, whatever the units of the unknowns; kIdentity is the course's and g2o's.
   void SetDamping(Damping damping);
   /// Automatic unless set, and inexact where it is implicit; see reduced_solver.h.
   void SetReducedSolver(ReducedSolverType type, const IterativeOptions& options = {});
@@ -47,7 +47,7 @@ class SparseOptimizer {
   /// One of the caller's own for the poses' system, such as MakePseudoInverse.
   void SetReducedSolver(std::unique_ptr<ReducedSolver> solver);
 
-  /// Minimizes with Levenberg-Marquardt unless the options say otherwise: over the edges of level 0, or what
+  /// Minimizes by the algorithm that the options name, or by the one that suits the graph (Algorithm::kAutomatic): over the edges of level 0, or what
   /// InitializeOptimization chose.
   /// @throws GraphError if an edge ties two free landmarks
   Summary Solve(const SolveOptions& options = {});

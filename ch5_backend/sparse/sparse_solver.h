@@ -51,6 +51,7 @@ class SparseSolver : public NormalEquations {
   double StateNorm() const override;
   /// The automatic choice switches from the power series to a Cholesky factorization of S until the next SetOrdering.
   bool SolveExactly() override;
+  bool SuitsDogleg() const override { return structure_.NumLandmarks() == 0; }
   std::string WhatIsNotFinite() override { return ch5::WhatIsNotFinite(structure_.ordering.edges); }
 
   const VecX& RightHandSide() const override { return linearized_.b; }

@@ -76,7 +76,6 @@ BatchResult SolveBatch(const EstimatorOptions& options, const std::vector<Image>
   TriangulateLandmarks(&window);
 
   SparseOptimizer optimizer(&window.graph, batch.threads);
-  optimizer.SetDamping(Damping::kDiagonal);
   SolveOptions solve;
   solve.algorithm = Algorithm::kDogleg;  // damping would hold the scale, whose gradient is small
   solve.max_iterations = batch.max_iterations;

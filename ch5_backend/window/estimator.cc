@@ -64,7 +64,6 @@ Estimator::Estimator(const EstimatorOptions& options, std::unique_ptr<WindowPoli
   options.Validate();
   if (!policy_) throw std::invalid_argument("Estimator: the policy is null");
   if (!options.detect_failure) throw std::invalid_argument("Estimator: detect_failure is null");
-  optimizer_.SetDamping(Damping::kDiagonal);
   Reset();
 }
 

@@ -151,12 +151,26 @@ TEST(LevenbergMarquardt, DampingFollowsNielsen) {
   EXPECT_NEAR(strategy->Parameter(), 64 * lambda / 3 * 2, 1e-14);
 }
 
-TEST(LevenbergMarquardt, DiagonalDampingBeginsAtTau) {
+TEST(LevenbergMarquardt, DiagonalDampingBeginsAtTauAndRisesAfterLittleGain) {
   ScriptedSystem system = OneUnknown(400.0, 1.0, {1.0});
   system.SetDamping(Damping::kDiagonal);
   const auto strategy = MakeLevenbergMarquardt(1e-3);
   strategy->Begin(&system);
   EXPECT_DOUBLE_EQ(strategy->Parameter(), 1e-3);
+  strategy->Accepted(0.5);  // 1 − (2ρ − 1)³ = 1
+  EXPECT_DOUBLE_EQ(strategy->Parameter(), 1e-3);
+  strategy->Accepted(0.1);  // 1 + 0.8³
+  EXPECT_DOUBLE_EQ(strategy->Parameter(), 1.512e-3);
+}
+
+// Dogleg begins with Gauss and Newton's step, 6/4, and damping would make it shorter.
+TEST(Algorithm, AutomaticIsTheOneThatSuitsTheSystem) {
+  for (const bool suits_dogleg : {false, true}) {
+    ScriptedSystem system = OneUnknown(4.0, 6.0, {10.0, 8.0});
+    system.suits_dogleg_ = suits_dogleg;
+    const Summary summary = Minimize(&system, WithoutStopRules(Algorithm::kAutomatic, 1));
+    EXPECT_EQ(summary.trace[1].step_type, suits_dogleg ? StepType::kGaussNewton : StepType::kDamped);
+  }
 }
 
 // ---- Dogleg ------------------------------------------------------------------------------------------------------

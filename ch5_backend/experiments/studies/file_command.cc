@@ -70,7 +70,6 @@ void PrintSummary(const Summary& summary, const std::string& more) {
 
 Summary SolveGraph(Graph* graph, const FileSolveOptions& options) {
   SparseOptimizer optimizer(graph, options.threads);
-  optimizer.SetDamping(Damping::kDiagonal);
   optimizer.SetReducedSolver(options.solver);
   Summary summary = optimizer.Solve(options.solve);
   if (summary.termination == Termination::kNotFinite) throw std::invalid_argument(summary.message);

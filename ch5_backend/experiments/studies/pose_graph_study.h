@@ -37,7 +37,7 @@ std::vector<int> FixFreeParts(const Graph& graph);
 /// @throws std::invalid_argument if that is the file's poses, and the file has none
 PoseGraphStudy StartPoseGraph(const PoseGraphOptions& options, G2oFile* file);
 
-/// The same, and Levenberg-Marquardt, as SolveGraph; `file` then holds the result.
+/// The same, and SolveGraph; `file` then holds the result.
 PoseGraphStudy SolvePoseGraph(const PoseGraphOptions& options, G2oFile* file);
 
 /// "file", "chordal", …

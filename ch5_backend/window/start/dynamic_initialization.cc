@@ -215,7 +215,6 @@ Fit Refine(const std::vector<FeatureTrack>& tracks, const std::vector<Preintegra
   if (options.camera1) AddSecondCamera(options, &g);
   AddTracks(*start, tracks, options, &g);
   SparseOptimizer optimizer(&g.graph);
-  optimizer.SetDamping(Damping::kDiagonal);
   SolveOptions solve;
   solve.max_iterations = 50;
   const double cost = optimizer.Solve(solve).final_cost;

@@ -70,7 +70,6 @@ Outcome SolveWith(const MonoBaScene& scene, const Loss& loss) {
     if (edge->ResidualDimension() == 2) edge->SetLossFunction(loss);
   }
   SparseOptimizer optimizer(&ba.graph);
-  optimizer.SetDamping(Damping::kDiagonal);
   SolveOptions options;
   options.max_iterations = 100;
   const Summary summary = optimizer.Solve(options);

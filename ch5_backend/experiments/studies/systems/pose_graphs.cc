@@ -65,7 +65,6 @@ CsvTable PoseGraphsTable(int trial, const std::filesystem::path& data) {
 
   const double before = PeakMegabytes();
   SparseOptimizer optimizer(&graph.graph);
-  optimizer.SetDamping(Damping::kDiagonal);
   optimizer.SetReducedSolver(std::move(solver));
   SolveOptions options;
   options.algorithm = run.kind;
