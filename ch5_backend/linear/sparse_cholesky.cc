@@ -44,13 +44,13 @@ bool SparseCholesky::FactorFront(const SymmetricBlockMatrix& A, int f, ThreadPoo
   const Front& front = plan_.fronts[f];
   const FrontMemory& place = places_[f];
   const int k = front.pivots, r = front.rows_below, m = k + r;
-  double* columns = L_.get() + place.columns;
+  double* columns = L_.data() + place.columns;
 
   std::fill_n(columns, static_cast<ptrdiff_t>(m) * k + kernels::kOverread, 0.0);
   CopyBlocks(A, place, m);
   for (const int child : place.children) AddToColumns(child, f);
   if (!kernels::Factor(k, columns, m, min_pivot_.data() + plan_.offset[front.first], pool)) return false;
-  kernels::Eliminate(r, k, columns, columns + k, m, updates_.get() + place.update, r, kernels::Accumulate::kNo, pool);
+  kernels::Eliminate(r, k, columns, columns + k, m, updates_.data() + place.update, r, kernels::Accumulate::kNo, pool);
   for (const int child : place.children) AddToUpdate(child, f);
   return true;
 }
@@ -67,7 +67,7 @@ void SparseCholesky::CopyBlocks(const SymmetricBlockMatrix& A, const FrontMemory
   for (int c = place.copies_begin; c < place.copies_end; ++c) {
     const Copy& copy = copies_[c];
     const double* block = A.Values(copy.block);
-    double* target = L_.get() + copy.target;
+    double* target = L_.data() + copy.target;
     if (copy.transposed) {
       for (int j = 0; j < copy.dim_j; ++j, block += Stride(copy.dim_i)) {
         for (int i = 0; i < copy.dim_i; ++i) target[j + i * m] = block[i];
@@ -86,21 +86,21 @@ void SparseCholesky::CopyBlocks(const SymmetricBlockMatrix& A, const FrontMemory
 void SparseCholesky::AddToColumns(int child, int parent) {
   const Front& front = plan_.fronts[parent];
   const ptrdiff_t m = front.pivots + front.rows_below;
-  double* columns = L_.get() + places_[parent].columns;
+  double* columns = L_.data() + places_[parent].columns;
   AddRuns(child, places_[child].runs_begin, places_[child].runs_below, columns, m, 0);
 }
 
 // Adds the other columns to this front's own U, whose first row is row k of the front.
 void SparseCholesky::AddToUpdate(int child, int parent) {
   const ptrdiff_t k = plan_.fronts[parent].pivots, r = plan_.fronts[parent].rows_below;
-  double* U = updates_.get() + places_[parent].update;
+  double* U = updates_.data() + places_[parent].update;
   AddRuns(child, places_[child].runs_below, places_[child].runs_end, U, r, k);
 }
 
 // Columns [begin, end) of the runs, with all rows from the diagonal on; (first, first) goes to target[0].
 void SparseCholesky::AddRuns(int child, int begin, int end, double* target, ptrdiff_t ld, ptrdiff_t first) {
   const ptrdiff_t r = plan_.fronts[child].rows_below;
-  const double* U = updates_.get() + places_[child].update;
+  const double* U = updates_.data() + places_[child].update;
   const Run* last = runs_.data() + places_[child].runs_end;
   for (const Run* run = runs_.data() + begin; run != runs_.data() + end; ++run) {
     for (int c = 0; c < run->length; ++c) {
@@ -132,7 +132,7 @@ void SparseCholesky::Solve(const VecX& b, VecX* x) {
   for (size_t f = 0; f < places_.size(); ++f) {  // L y = b
     const Front& front = plan_.fronts[f];
     const int k = front.pivots, r = front.rows_below;
-    const double* L_11 = L_.get() + places_[f].columns;
+    const double* L_11 = L_.data() + places_[f].columns;
     double* x_k = x_.data() + plan_.offset[front.first];
     kernels::SolveLower(k, L_11, k + r, x_k);
     gathered_.head(r).setZero();
@@ -142,7 +142,7 @@ void SparseCholesky::Solve(const VecX& b, VecX* x) {
   for (int f = static_cast<int>(places_.size()) - 1; f >= 0; --f) {  // Lᵀ x = y
     const Front& front = plan_.fronts[f];
     const int k = front.pivots, r = front.rows_below;
-    const double* L_11 = L_.get() + places_[f].columns;
+    const double* L_11 = L_.data() + places_[f].columns;
     double* x_k = x_.data() + plan_.offset[front.first];
     for_rows_below(front, [&](int i, int row, int length) { gathered_.segment(row, length) = x_.segment(i, length); });
     kernels::SubtractProductAtx(r, k, L_11 + k, k + r, gathered_.data(), x_k);

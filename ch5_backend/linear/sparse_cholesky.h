@@ -8,7 +8,6 @@
 ///
 /// See elimination_plan.h for the picture. Analyze once per pattern; Factorize and Solve allocate no memory.
 
-#include <memory>
 #include <vector>
 
 #include "ch5_backend/linear/elimination_plan.h"
@@ -35,7 +34,7 @@ class SparseCholesky {
   /// [L_11; L_21] of front f in the last factorization; the numbers above the diagonal of L_11 have no meaning.
   Eigen::Map<const MatXX, 0, Eigen::OuterStride<>> Columns(int f) const {
     const int pivots = plan_.fronts[f].pivots, rows = pivots + plan_.fronts[f].rows_below;
-    return {L_.get() + places_[f].columns, rows, pivots, Eigen::OuterStride<>(rows)};
+    return {L_.data() + places_[f].columns, rows, pivots, Eigen::OuterStride<>(rows)};
   }
 
  private:
@@ -74,7 +73,7 @@ class SparseCholesky {
   std::vector<Copy> copies_;
   std::vector<Run> runs_;
   std::vector<std::vector<int>> tasks_;  // fronts that one thread works through, children first; the last waits for all
-  std::unique_ptr<double[]> L_, updates_;
+  AlignedVector L_, updates_;
   std::vector<int> permutation_;   // number i in elimination order is number permutation_[i] of A
   VecX min_pivot_, x_, gathered_;  // the first two in elimination order; the rows below a front
 };

@@ -5,20 +5,8 @@
 
 #include "ch5_backend/linear/sparse_cholesky.h"
 #include "ch5_backend/math/dense_kernels.h"
-#include "ch5_backend/math/large_pages.h"
 
 namespace ch5 {
-namespace {
-
-// Nothing is set to zero: Factorize writes what is read.
-std::unique_ptr<double[]> Allocate(ptrdiff_t size) {
-  std::unique_ptr<double[]> numbers(new double[static_cast<size_t>(size)]);
-  AskForLargePages(numbers.get(), static_cast<size_t>(size) * sizeof(double));
-  return numbers;
-}
-
-}  // namespace
-
 void SparseCholesky::Analyze(const SymmetricBlockMatrix& A, EliminationPlan plan, ThreadPool* pool) {
   pool_ = pool;
   plan_ = std::move(plan);
@@ -50,7 +38,7 @@ void SparseCholesky::PlaceColumns() {
     places_[f].columns = size;
     size += static_cast<ptrdiff_t>(front.pivots + front.rows_below) * front.pivots + kernels::kOverread;
   }
-  L_ = Allocate(size);
+  L_ = AlignedVector(static_cast<size_t>(size));  // unset: Factorize writes what is read
 }
 
 // A block (i, j) of A goes to the front that eliminates the earlier of the two; a child's U goes to its parent.
@@ -174,7 +162,7 @@ void SparseCholesky::PlaceUpdates() {
     for (const int f : task) places_[f].update += base + (generation[f] == 0 ? 0 : peak[0]);
     base += peak[0] + peak[1];
   }
-  updates_ = Allocate(base);
+  updates_ = AlignedVector(static_cast<size_t>(base));
 }
 
 }  // namespace ch5

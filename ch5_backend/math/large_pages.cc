@@ -1,6 +1,8 @@
 #include "ch5_backend/math/large_pages.h"
 
-#include <cstdint>
+#include <algorithm>
+#include <cstdlib>
+#include <new>
 
 #ifdef __linux__
 #include <sys/mman.h>
@@ -8,13 +10,18 @@
 
 namespace ch5 {
 
-void AskForLargePages([[maybe_unused]] void* memory, [[maybe_unused]] size_t bytes) {
+void* AllocateArray(size_t bytes) {
+  constexpr size_t kLine = 64, kLargePage = size_t{1} << 21;
+  const bool is_large = bytes >= kLargePage / 2;
+  const size_t unit = is_large ? kLargePage : kLine, whole = (std::max(bytes, size_t{1}) + unit - 1) / unit * unit;
+  void* memory = std::aligned_alloc(unit, whole);
+  if (!memory) throw std::bad_alloc();
 #ifdef MADV_HUGEPAGE
-  constexpr std::uintptr_t kLargePage = std::uintptr_t{1} << 21;
-  const auto begin = reinterpret_cast<std::uintptr_t>(memory), end = begin + bytes;
-  const std::uintptr_t first = (begin + kLargePage - 1) / kLargePage * kLargePage, last = end / kLargePage * kLargePage;
-  if (first < last) madvise(reinterpret_cast<void*>(first), last - first, MADV_HUGEPAGE);
+  if (is_large) madvise(memory, whole, MADV_HUGEPAGE);
 #endif
+  return memory;
 }
+
+void FreeArray(void* memory) { std::free(memory); }
 
 }  // namespace ch5

@@ -55,8 +55,15 @@ TEST(Structure, ListsEdgesLandmarkByLandmarkThenThoseOfPosesThenConstantOnes) {
   const size_t order[] = {4, 5, 2, 3, 6, 7, 0, 1, 8};
   for (size_t e = 0; e < 9; ++e) EXPECT_EQ(s.edges[e].edge, edges[order[e]].get()) << e;
   EXPECT_EQ(s.H_pp_pattern, (std::vector<Numbers>{{0, 2}, {1}, {2}})) << "landmarks' edges hold one pose each";
-  EXPECT_EQ(s.pose_edge_blocks.size(), 4u) << "pose 0 alone; 0 with 0, 2 with 0, 2 with 2";
-  EXPECT_EQ(s.pose_edge_blocks_begin, (Numbers{0, 2, 3, 3, 4})) << "of blocks 00, 20, 11, 22";
+  const auto blocks = [&](int e, int count) {
+    const auto begin = s.edge_blocks.begin() + s.edges[e].blocks_begin;
+    return Numbers(begin, begin + count);
+  };
+  EXPECT_EQ(blocks(6, 1), (Numbers{0})) << "pose 0 alone";
+  EXPECT_EQ(blocks(7, 3), (Numbers{0, 1, 3})) << "0 with 0, 2 with 0, 2 with 2, of the blocks 00, 20, 11, 22";
+  EXPECT_EQ(s.pose_batches, (Numbers{6, 8})) << "both at once";
+  const int columns = s.edges[6].width + 1;
+  EXPECT_EQ(s.edges[7].normal_equations, columns * columns) << "behind the first one's";
 }
 
 TEST(SchurGroups, TakeTogetherWhatTheSamePosesSee) {

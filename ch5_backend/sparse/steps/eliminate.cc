@@ -187,8 +187,8 @@ void BeginColumn(const Structure& s, const Linearized& y, int j, const DampingRu
 }  // namespace
 
 void Eliminated::Resize(const Structure& s, bool is_implicit) {
-  H_ll_inverse.assign(static_cast<size_t>(s.num_H_ll_values), 0.0);
-  G_inverse = std::vector<double>(is_implicit ? 0 : static_cast<size_t>(s.num_H_ll_values));
+  SetZeros(static_cast<size_t>(s.num_H_ll_values), &H_ll_inverse);
+  SetZeros(is_implicit ? 0 : static_cast<size_t>(s.num_H_ll_values), &G_inverse);
   H_ll_inverse_b.setZero(s.ordering.dim_landmarks);
   b_S.setZero(s.ordering.dim_poses);
   damped_diagonal.setZero(s.ordering.dim_poses);

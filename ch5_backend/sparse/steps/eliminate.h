@@ -28,8 +28,8 @@ struct DampingRule {
 };
 
 struct Eliminated {
-  std::vector<double> H_ll_inverse;  ///< (H_ll + λD)⁻¹, see Structure::landmark_block
-  std::vector<double> G_inverse;     ///< its lower triangles G⁻¹, which only forming S wants; or empty
+  AlignedVector H_ll_inverse;        ///< (H_ll + λD)⁻¹, see Structure::landmark_block
+  AlignedVector G_inverse;           ///< its lower triangles G⁻¹, which only forming S wants; or empty
   VecX H_ll_inverse_b;               ///< (H_ll + λD)⁻¹ b_l, the landmarks' rows
   SymmetricBlockMatrix S;            ///< empty if S is implicit
   VecX b_S;

@@ -2,14 +2,13 @@
 
 #include <algorithm>
 
-#include "ch5_backend/math/large_pages.h"
 #include "ch5_backend/sparse/kernels/jacobian.h"
 #include "ch5_backend/sparse/kernels/landmark.h"
 
 namespace ch5 {
 namespace {
 
-constexpr int kEdges = 256, kPoses = 8;  // a task's
+constexpr int kPoseEdges = 32, kPoses = 8;  // a task's
 constexpr int kPrefetchDistance = 6;     // edges that are asked for ahead
 
 // H −= C, rows×columns; of a diagonal block C holds the lower half, H is full.
@@ -334,7 +333,7 @@ struct LinearizeChunk {
   }
 };
 
-// H_ij for all i ≥ j, and b_j: the chunks' sums, and the edges between poses.
+// H_ij for all i ≥ j, and b_j: the chunks' sums.
 struct SumColumn {
   using Signature = void(const Structure&, int j, Linearized*);
   template <SimdLevel>
@@ -355,23 +354,57 @@ struct SumColumn {
       for (ptrdiff_t k = 0; k < end - column; ++k) column[k] += H[k];
     }
     MirrorUpper(dim, column);  // of the diagonal block only that half has been summed
-    for (int block = H_pp.ColumnBegin(j); block < H_pp.ColumnBegin(j + 1); ++block) {
-      const int i = H_pp.Row(block);
-      for (int k = s.pose_edge_blocks_begin[block]; k < s.pose_edge_blocks_begin[block + 1]; ++k) {
-        const PoseEdgeBlock& part = s.pose_edge_blocks[k];
-        const double* C = system->normal_equations.data();
-        if (part.is_transposed) {
-          SubtractRows(C + part.values, part.stride, s.pose_dim[i], dim, H_pp.Values(block));
-          continue;
-        }
-        SubtractColumns(C + part.values, part.stride, s.pose_dim[i], dim, H_pp.Values(block));
-        if (i != j) continue;
-        for (int r = 0; r < dim; ++r) b_j[r] += C[part.rhs + r * part.stride];
-      }
-    }
-    MirrorLower(dim, column);  // and of these only this one is meant
   }
 };
+
+// What the edges [first, last) between poses, of one batch, add to the columns of poses [begin, end) and their rows of b.
+struct AddPoseEdges {
+  using Signature = void(const Structure&, int first, int last, int begin, int end, Linearized*);
+  template <SimdLevel>
+  static CH5_INLINE void Run(const Structure& s, int first, int last, int begin, int end, Linearized* system) {
+    for (int e = first; e < last; ++e) {
+      const EdgeRecord& record = s.edges[e];
+      const double* C = system->normal_equations.data() + record.normal_equations;
+      const int* block = s.edge_blocks.data() + record.blocks_begin;
+      for (int i = record.poses_begin; i < record.poses_end; ++i) {
+        for (int j = record.poses_begin; j <= i; ++j, ++block) {
+          const EdgePose &pose_i = s.edge_poses[i], &pose_j = s.edge_poses[j];
+          if (pose_j.pose < begin || pose_j.pose >= end) continue;
+          AddBlock(s, record.width, pose_i, pose_j, C, system->H_pp.Values(*block), system->b.data());
+        }
+      }
+    }
+  }
+
+  // C holds J̃_iᵀJ̃_j below its diagonal, or J̃_jᵀJ̃_i where the edge has pose i before pose j; its last row is r̃ᵀJ̃.
+  static CH5_INLINE void AddBlock(const Structure& s, int width, const EdgePose& i, const EdgePose& j, const double* C,
+                                  double* H_ij, double* b) {
+    const int rows = s.pose_dim[i.pose], columns = s.pose_dim[j.pose], stride = width + 1;
+    if (i.column < j.column) return SubtractRows(C + i.column * stride + j.column, stride, rows, columns, H_ij);
+    C += j.column * stride;
+    SubtractColumns(C + i.column, stride, rows, columns, H_ij);
+    if (i.pose != j.pose) return;
+    double* b_j = b + s.pose_offset[j.pose];
+    for (int c = 0; c < columns; ++c) b_j[c] += C[c * stride + width];
+  }
+};
+
+// Edges [first, last) between poses, a batch. @return their cost
+double LinearizePoseEdges(const Structure& s, int first, int last, ThreadPool* pool, Linearized* system) {
+  const double cost = ParallelSum(pool, last - first, kPoseEdges, &system->other_costs, [&](int begin, int end) {
+    double sum = 0.0;
+    for (int e = first + begin; e < first + end; ++e) {
+      PrefetchEdge(s.edges, e + kPrefetchDistance);
+      LinearizeAndMultiplyOut(s, e, &system->normal_equations[s.edges[e].normal_equations]);
+      sum += s.edges[e].edge->Cost();
+    }
+    return sum;
+  });
+  const auto add = Dispatch<AddPoseEdges>();
+  ParallelFor(pool, s.NumPoses(), NumChunks(s.NumPoses(), pool->Threads()),
+              [&](int begin, int end) { add(s, first, last, begin, end, system); });
+  return cost;
+}
 
 }  // namespace
 
@@ -381,12 +414,9 @@ void Linearized::Resize(const Structure& s, bool factored) {
   H_pl_factors = std::vector<float>(factored ? s.slot_pose.size() * 2 * (s.sizes.rows + s.sizes.columns) : 0);
   // The last block is read in whole registers too.
   const size_t num_H_pl = factored ? 0 : static_cast<size_t>(s.num_H_pl_values + kLanes);
-  H_pl.clear();
-  H_pl.reserve(num_H_pl);
-  AskForLargePages(H_pl.data(), num_H_pl * sizeof(double));
   H_pl.resize(num_H_pl);  // Linearize writes these too
   std::fill(H_pl.end() - std::min<ptrdiff_t>(kLanes, H_pl.size()), H_pl.end(), 0.0);
-  H_ll.assign(static_cast<size_t>(s.num_H_ll_values), 0.0);
+  SetZeros(static_cast<size_t>(s.num_H_ll_values), &H_ll);
   b.setZero(s.Size());
   b_stride = s.pose_dim.empty() ? 0 : Stride(*std::max_element(s.pose_dim.begin(), s.pose_dim.end()));
   ResizeChunkSums(s);
@@ -425,25 +455,25 @@ double Linearize(const Structure& s, const LandmarkEdgeBatches& batches, ThreadP
   const auto linearize_chunk = Dispatch<LinearizeChunk>(s.sizes);
   pool->Run(s.NumChunks(), [&](int chunk) { linearize_chunk(s, batches, chunk, system); });
 
-  const int other_edges = static_cast<int>(s.edges.size()) - s.num_landmark_edges;
-  double cost = ParallelSum(pool, other_edges, kEdges, &system->other_costs, [&](int begin, int end) {
-    double sum = 0.0;
-    for (int e = s.num_landmark_edges + begin; e < s.num_landmark_edges + end; ++e) {
-      if (e < s.num_active_edges) {
-        LinearizeAndMultiplyOut(s, e, &system->normal_equations[s.edges[e].normal_equations]);
-      } else {
-        s.edges[e].edge->ComputeResidual();
-      }
-      sum += s.edges[e].edge->Cost();
-    }
-    return sum;
-  });
+  double cost = 0.0;
   for (const Linearized::PoseSums& sums : system->chunk_sums) cost += sums.cost;
-
   const auto sum_column = Dispatch<SumColumn>();
   ParallelFor(pool, s.NumPoses(), kPoses, [&](int begin, int end) {
     for (int j = begin; j < end; ++j) sum_column(s, j, system);
   });
+
+  for (size_t k = 0; k + 1 < s.pose_batches.size(); ++k) {
+    cost += LinearizePoseEdges(s, s.pose_batches[k], s.pose_batches[k + 1], pool, system);
+  }
+  if (s.num_active_edges > s.num_landmark_edges) {  // of whose diagonal blocks only the lower half is meant
+    ParallelFor(pool, s.NumPoses(), kPoses, [&](int begin, int end) {
+      for (int j = begin; j < end; ++j) MirrorLower(s.pose_dim[j], system->H_pp.Values(system->H_pp.ColumnBegin(j)));
+    });
+  }
+  for (size_t e = static_cast<size_t>(s.num_active_edges); e < s.edges.size(); ++e) {
+    s.edges[e].edge->ComputeResidual();
+    cost += s.edges[e].edge->Cost();
+  }
   return cost;
 }
 

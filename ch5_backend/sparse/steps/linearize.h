@@ -10,9 +10,10 @@
 ///      └───────┴──────┘
 ///
 /// Chunk by chunk, the edges of the landmarks are linearized, run by run or landmark by landmark: a landmark's blocks of
-/// H_ll, H_pl and b_l are then complete, and its part of H_pp, b_p and the cost goes to sums of the chunk's own. The edges
-/// between poses follow. Then each column of H_pp adds up what belongs to it, in the order of the structure: the result is
-/// the same to the bit for any number of threads.
+/// H_ll, H_pl and b_l are then complete, and its part of H_pp, b_p and the cost goes to sums of the chunk's own. Then
+/// each column of H_pp adds up these sums. The edges between poses follow, batch by batch: a batch is linearized, and each
+/// thread adds what belongs to its own columns. All is added in the order of the structure: the result is the same
+/// to the bit for any number of threads.
 
 #include "ch5_backend/math/parallel.h"
 #include "ch5_backend/sparse/kernels/landmark.h"
@@ -25,7 +26,7 @@ struct Linearized {
   SymmetricBlockMatrix H_pp;
   AlignedVector H_pl;               ///< see Structure::SlotBlock; or empty, and then
   std::vector<float> H_pl_factors;  ///< of each slot's block, kernels/slot_factors.h
-  std::vector<double> H_ll;         ///< see Structure::landmark_block
+  AlignedVector H_ll;               ///< see Structure::landmark_block
   VecX b;                           ///< all rows, poses first
 
   /// Memory that Linearize works in: the columns of H_pp, and b_p, of the poses that see a chunk's landmarks.
@@ -39,8 +40,8 @@ struct Linearized {
   std::vector<PoseSums> chunk_sums;
   int b_stride = 0;
   void ResizeChunkSums(const Structure& structure);
-  AlignedVector normal_equations;   ///< of each edge between poses, negative
-  std::vector<double> other_costs;  ///< sums over the edges without a free landmark
+  AlignedVector normal_equations;   ///< of the edges of one batch between poses, negative
+  std::vector<double> other_costs;  ///< sums over edges without a free landmark
 
   /// Takes all memory for this structure.
   /// @param factored  H_pl by its factors, which only products with it want: Structure::OnePoseAnEdge, active batches

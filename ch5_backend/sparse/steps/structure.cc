@@ -302,33 +302,22 @@ void ListHessianBlocks(Structure* s) {
       s->edge_blocks.push_back(column_begin[pose(record, j)] + static_cast<int>(row));
     });
   }
-  s->pose_edge_blocks_begin.assign(static_cast<size_t>(column_begin.back()) + 1, 0);
 }
 
-// What the edges between poses add to each of these blocks.
-void ListPoseEdgeBlocks(Structure* s) {
-  const int first = s->num_landmark_edges;
-  for (int e = first; e < s->num_active_edges; ++e) {
-    s->edges[e].normal_equations = s->num_normal_equation_values;
-    s->num_normal_equation_values += (s->edges[e].width + 1) * (s->edges[e].width + 1);
+void CutPoseBatches(Structure* s) {
+  constexpr int kMost = 1 << 16;  // numbers of a batch, unless one edge has more
+  int size = kMost;
+  for (int e = s->num_landmark_edges; e < s->num_active_edges; ++e) {
+    const int numbers = (s->edges[e].width + 1) * (s->edges[e].width + 1);
+    if (size + numbers > kMost) {
+      s->pose_batches.push_back(e);
+      size = 0;
+    }
+    s->edges[e].normal_equations = size;
+    size += numbers;
+    s->num_normal_equation_values = std::max(s->num_normal_equation_values, size);
   }
-  const auto block = [s](const EdgeRecord& record, int i, int j) {
-    return s->edge_blocks[record.blocks_begin + i * (i + 1) / 2 + j];
-  };
-  std::vector<int>& begin = s->pose_edge_blocks_begin;
-  for (int e = first; e < s->num_active_edges; ++e)
-    ForEachPair(s->edges[e], [&](const EdgeRecord& record, int i, int j) { ++begin[block(record, i, j) + 1]; });
-  std::partial_sum(begin.begin(), begin.end(), begin.begin());
-  std::vector<int> next(begin.begin(), begin.end() - 1);
-  s->pose_edge_blocks.resize(static_cast<size_t>(begin.back()));
-  const auto list = [&](const EdgeRecord& record, int i, int j) {
-    const EdgePose &a = s->edge_poses[record.poses_begin + i], &b = s->edge_poses[record.poses_begin + j];
-    const int stride = record.width + 1, first_column = std::min(a.column, b.column);
-    const int column = record.normal_equations + first_column * stride;
-    s->pose_edge_blocks[next[block(record, i, j)]++] = {column + std::max(a.column, b.column), stride,
-                                                        i == j ? column + record.width : kNone, a.column < b.column};
-  };
-  for (int e = first; e < s->num_active_edges; ++e) ForEachPair(s->edges[e], list);
+  s->pose_batches.push_back(s->num_active_edges);
 }
 
 // As many chunks as make the work of one clearly more than that of clearing and adding its sums; the number of threads
@@ -419,7 +408,7 @@ Structure BuildStructure(Ordering ordering) {
   NumberEdgeTypes(&s);
   SortBatchEdges(&s);
   ListHessianBlocks(&s);
-  ListPoseEdgeBlocks(&s);
+  CutPoseBatches(&s);
   CutChunks(&s);
   CutRuns(&s);
   s.ordering.incidence = {};

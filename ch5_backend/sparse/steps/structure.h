@@ -37,7 +37,7 @@ struct EdgeRecord {
   int landmark_position;       ///< in Edge::Vertices(), or −1 without a free landmark
   int width;                   ///< columns of J̃ in the edge's normal equations
   int blocks_begin;            ///< its blocks of H_pp in Structure::edge_blocks: (0, 0), (1, 0), (1, 1), (2, 0), …
-  int normal_equations;        ///< of an edge between poses: where its normal equations are stored
+  int normal_equations;        ///< of an edge between poses: where its normal equations begin among those of its batch
   int landmark = -1;           ///< its number
   int16_t type = 0;            ///< of an edge with a free landmark: counts their types
   bool is_numeric = false;     ///< it is linearized before the others (numeric_edges.h)
@@ -46,14 +46,6 @@ struct EdgeRecord {
 /// Landmarks' edges of one type with the same free poses at the same positions: they change the same blocks of H_pp.
 struct EdgeRun {
   int begin, end;  ///< of Structure::batch_edges
-};
-
-/// What an edge between poses adds to a block of H_pp: a block of its normal equations.
-struct PoseEdgeBlock {
-  int values;          ///< where it begins
-  int stride;          ///< from column to column
-  int rhs;             ///< of a diagonal block: where r̃ᵀJ̃_j begins, in steps of `stride`; else −1
-  bool is_transposed;  ///< the block is J̃_jᵀJ̃_i, as the edge has pose i before pose j
 };
 
 struct Structure {
@@ -85,9 +77,9 @@ struct Structure {
 
   std::vector<std::vector<int>> H_pp_pattern;  ///< rows i ≥ j of each column
   std::vector<int> edge_blocks;                ///< numbers of blocks of H_pp, see EdgeRecord
-  std::vector<PoseEdgeBlock> pose_edge_blocks;
-  /// Block k of H_pp sums the pose_edge_blocks [pose_edge_blocks_begin[k], pose_edge_blocks_begin[k + 1]).
-  std::vector<int> pose_edge_blocks_begin;
+  /// Edges between poses, in batches whose normal equations stay in a processor's cache until they have been added to H_pp:
+  /// batch k has edges [pose_batches[k], pose_batches[k + 1]).
+  std::vector<int> pose_batches;
 
   int num_edge_types = 0;  ///< of the landmarks' edges
   int max_width = 0;       ///< of an edge's J̃
