@@ -1,6 +1,7 @@
 #include "ch5_backend/files/bal.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -54,6 +55,44 @@ void RequireIndices(const BalProblem& problem) {
     throw std::invalid_argument("BuildBal: observation " + std::to_string(i) + " names camera " +
                                 std::to_string(camera) + " and point " + std::to_string(point) +
                                 "; one of them does not exist");
+  }
+}
+
+// The points' mean if it is far from the world's origin, as in a map's coordinates; else zero. A BAL camera turns about the
+// origin: from afar, its rotation and translation can hardly be told apart.
+Vec3 FarPlace(const std::vector<Vec3>& points) {
+  constexpr double kFar = 100.0;  // times the points' extent
+  const double count = static_cast<double>(points.size());
+  Vec3 mean = Vec3::Zero();
+  for (const Vec3& p_W : points) mean += p_W / count;
+  double square = 0.0;
+  for (const Vec3& p_W : points) square += (p_W - mean).squaredNorm();
+  return mean.norm() > kFar * std::sqrt(square / count) ? mean : Vec3::Zero();
+}
+
+void MoveWorld(const Vec3& shift, BalProblem* problem) {
+  for (Vec9& camera : problem->cameras) camera.segment<3>(3) -= Rotation(camera) * shift;
+  for (Vec3& p_W : problem->points) p_W += shift;
+}
+
+// A point at the center of a camera that sees it has no direction there, and Jacobians of 10¹⁶ that would stop the whole solve.
+// It begins on its pixel's ray, as far away as the camera's other points are on average.
+void MovePointsOutOfCameras(BalProblem* problem) {
+  constexpr double kCenter = 1e-6;  // of that distance
+  std::vector<Vec3> centers;
+  for (const Vec9& camera : problem->cameras) centers.push_back(CameraCenter(camera));
+  std::vector<double> distance(centers.size(), 0.0), count(centers.size(), 0.0);
+  for (const auto& [camera, point, pixel] : problem->observations) {
+    distance[camera] += (problem->points[point] - centers[camera]).norm();
+    count[camera] += 1.0;
+  }
+  for (const auto& [camera, point, pixel] : problem->observations) {
+    Vec3& p_W = problem->points[point];
+    const Vec9& x = problem->cameras[camera];
+    const double mean = distance[camera] / count[camera];
+    if (!((p_W - centers[camera]).norm() <= kCenter * mean)) continue;
+    const Vec3 ray(pixel.x() / x[6], pixel.y() / x[6], -1.0);
+    p_W = centers[camera] + mean * (Rotation(x).conjugate() * ray.normalized());
   }
 }
 
@@ -169,9 +208,13 @@ Mat33 CameraAxes(const Vec9& camera) {
   return axes;
 }
 
-BalGraph BuildBal(const BalProblem& problem, std::shared_ptr<const LossFunction> loss, BalPoints move) {
-  RequireIndices(problem);
+BalGraph BuildBal(const BalProblem& given, std::shared_ptr<const LossFunction> loss, BalPoints move) {
+  RequireIndices(given);
   BalGraph bal;
+  bal.place = FarPlace(given.points);
+  BalProblem problem = given;
+  MoveWorld(-bal.place, &problem);
+  MovePointsOutOfCameras(&problem);
   if (move == BalPoints::kOnRay) bal.tau = 3e-6;
   std::vector<std::shared_ptr<VertexCameraBAL>> cameras;
   std::vector<std::shared_ptr<VertexPointXYZ>> points;
@@ -202,6 +245,7 @@ void ReadBack(const BalGraph& bal, BalProblem* problem) {
   }
   for (size_t i = 0; i < bal.cameras.size(); ++i) problem->cameras[i] = bal.cameras[i]->Parameters();
   for (size_t i = 0; i < bal.points.size(); ++i) problem->points[i] = bal.points[i]->Parameters();
+  MoveWorld(bal.place, problem);
 }
 
 double MeanReprojectionError(const Graph& graph) {

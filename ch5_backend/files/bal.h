@@ -42,11 +42,14 @@ struct BalGraph {
   Graph graph;
   std::vector<std::shared_ptr<Vertex>> cameras;  ///< VertexCameraBAL, as in BalProblem::cameras
   std::vector<std::shared_ptr<Vertex>> points;   ///< VertexPointXYZ or VertexPointOnRay
+  /// The vertices' world has its origin here in the problem's: amid the points if these are far from the origin, else there.
+  Vec3 place = Vec3::Zero();
   /// SolveOptions::tau that suits how the points move, with diagonal damping: all along rays, they bear bolder first steps
   /// than SolveOptions' 1e-5.
   double tau = 1e-5;
 };
 
+/// A point at the center of a camera that sees it begins on its pixel's ray instead.
 /// @param loss  of every observation, its threshold in pixels; null for plain least squares
 /// @throws std::invalid_argument if an observation's index is out of range
 BalGraph BuildBal(const BalProblem& problem, std::shared_ptr<const LossFunction> loss,

@@ -91,8 +91,8 @@ class Run {
   // Tries steps until one lowers the cost, or a rule ends the run. Textbook Gauss-Newton accepts every step.
   void TrySteps() {
     const bool takes_all = options_.algorithm == Algorithm::kGaussNewton;
-    const double tolerance = options_.step_tolerance;
-    const double yardstick = tolerance > 0.0 ? tolerance * (system_->StateNorm() + tolerance) : 0.0;
+    const double tolerance = options_.step_tolerance, size = system_->StateNorm();
+    const double yardstick = std::max(tolerance * (size + tolerance), kRounding * size);
     bool solved = false;
     for (info_.trials = 1; info_.trials <= options_.max_trials; ++info_.trials) {
       info_.lambda = strategy_->Parameter();
@@ -113,7 +113,7 @@ class Run {
         // No step large enough to change x helps, or the predicted decrease is below the rounding of the cost.
         if (info_.step_norm <= yardstick) {
           // So small a step is a linear one: the cost must follow its gradient, as far as rounding lets it be seen.
-          if (predicted > 1e-10 * cost_ && info_.gain_ratio < -0.5) {
+          if (info_.step_norm > 1e3 * kRounding * size && predicted > 1e-10 * cost_ && info_.gain_ratio < -0.5) {
             return Stop(Termination::kNoDecrease, "a step of |dx| = ", info_.step_norm,
                         " raises the cost where the Jacobians say that it falls; CheckJacobians tells which are wrong");
           }

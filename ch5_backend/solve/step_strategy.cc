@@ -23,12 +23,11 @@ class LevenbergMarquardt : public StepStrategy {
     if (lambda_ >= 0.0) return;  // λ is kept from one Hessian to the next
     const bool identity = system->GetDamping() == Damping::kIdentity;
     lambda_ = tau_ * (identity ? system->HessianDiagonal().maxCoeff() : 1.0);
-    limit_ = identity ? 2.0 / 3.0 : 2.0;  // 2 is the most that the cubic reaches
   }
   bool Propose(NormalEquations* system, VecX* delta_x) override { return system->SolveLinearSystem(lambda_, delta_x); }
   void Accepted(double gain_ratio) override {
     const double t = 2.0 * gain_ratio - 1.0;
-    lambda_ *= std::max(1.0 / 3.0, std::min(limit_, 1.0 - t * t * t));
+    lambda_ *= std::max(1.0 / 3.0, std::min(2.0 / 3.0, 1.0 - t * t * t));
     nu_ = 2.0;
   }
   bool Rejected() override {
@@ -41,7 +40,7 @@ class LevenbergMarquardt : public StepStrategy {
 
  private:
   double tau_;
-  double lambda_ = -1.0, limit_ = 2.0;
+  double lambda_ = -1.0;
   double nu_ = 2.0;
 };
 

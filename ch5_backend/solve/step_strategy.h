@@ -27,10 +27,8 @@ class StepStrategy {
 /// λ = 0, and every finite step is accepted whether or not it lowers the cost: textbook Gauss-Newton.
 std::unique_ptr<StepStrategy> MakeGaussNewton();
 
-/// Nielsen 1999, with identity damping as the lecture has it, with g2o's limit ⅔:
+/// Nielsen 1999, with g2o's limit ⅔:
 /// λ₀ = τ max diag(H);  success: λ ×= max(1/3, min(2/3, 1 − (2ρ−1)³)), ν = 2;  failure: λ ×= ν, ν ×= 2.
-/// With diagonal damping λ₀ = τ, and without the limit, as in Ceres: where λ fell after every success, each step that gained
-/// little would be followed by a trial that is rejected (9 of 22 in a simulated city of 100 cameras).
 std::unique_ptr<StepStrategy> MakeLevenbergMarquardt(double tau);
 
 /// Powell's dogleg with g2o's constants:  ρ > ¾: Δ = max(Δ, 3‖h‖);  ρ < ¼: Δ /= 2;  but rejected: Δ = ½ min(Δ, ‖h‖).

@@ -47,8 +47,8 @@ class SparseOptimizer {
   /// One of the caller's own for the poses' system, such as MakePseudoInverse.
   void SetReducedSolver(std::unique_ptr<ReducedSolver> solver);
 
-  /// Minimizes by the algorithm that the options name, or by the one that suits the graph (Algorithm::kAutomatic): over the edges of level 0, or what
-  /// InitializeOptimization chose.
+  /// Minimizes by the algorithm that the options name, or by the one that suits the graph (Algorithm::kAutomatic): over the
+  /// edges of level 0, or what InitializeOptimization chose.
   /// @throws GraphError if an edge ties two free landmarks
   Summary Solve(const SolveOptions& options = {});
 

@@ -149,6 +149,7 @@ TEST(G2o, BuildStructure_TheSchurPatternIsWhichPosesShareALandmark) {
 TEST(G2o, SetLambda_DampsEveryDiagonalEntryAndLeavesHAsItWas) {
   Bundle bundle(6, 40);
   SparseOptimizer optimizer(&bundle.graph);
+  optimizer.SetDamping(Damping::kIdentity);
   SparseSolver& solver = optimizer.GetSolver();
   solver.MakeHessian();
   const MatXX H = solver.DenseHessian();

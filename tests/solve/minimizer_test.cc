@@ -151,16 +151,12 @@ TEST(LevenbergMarquardt, DampingFollowsNielsen) {
   EXPECT_NEAR(strategy->Parameter(), 64 * lambda / 3 * 2, 1e-14);
 }
 
-TEST(LevenbergMarquardt, DiagonalDampingBeginsAtTauAndRisesAfterLittleGain) {
+TEST(LevenbergMarquardt, DiagonalDampingBeginsAtTau) {
   ScriptedSystem system = OneUnknown(400.0, 1.0, {1.0});
   system.SetDamping(Damping::kDiagonal);
   const auto strategy = MakeLevenbergMarquardt(1e-3);
   strategy->Begin(&system);
   EXPECT_DOUBLE_EQ(strategy->Parameter(), 1e-3);
-  strategy->Accepted(0.5);  // 1 − (2ρ − 1)³ = 1
-  EXPECT_DOUBLE_EQ(strategy->Parameter(), 1e-3);
-  strategy->Accepted(0.1);  // 1 + 0.8³
-  EXPECT_DOUBLE_EQ(strategy->Parameter(), 1.512e-3);
 }
 
 // Dogleg begins with Gauss and Newton's step, 6/4, and damping would make it shorter.

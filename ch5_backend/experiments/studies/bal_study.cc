@@ -3,8 +3,6 @@
 #include <filesystem>
 #include <stdexcept>
 
-#include "ch5_backend/evaluate/align.h"
-
 namespace ch5 {
 namespace {
 
@@ -44,29 +42,11 @@ CsvTable CameraTable(const BalStudy& study) {
   return table;
 }
 
-// The points' mean if it is far from the world's origin, as in a map's coordinates; else zero.
-Vec3 FarPlace(const BalProblem& problem) {
-  constexpr double kFar = 100.0;  // times the points' extent
-  const Vec3 mean = Mean(problem.points);
-  double square = 0.0;
-  for (const Vec3& p_W : problem.points) square += (p_W - mean).squaredNorm();
-  const bool is_far = mean.norm() > kFar * std::sqrt(square / static_cast<double>(problem.points.size()));
-  return is_far ? mean : Vec3::Zero();
-}
-
-void MoveWorld(const Vec3& shift, BalProblem* problem) {
-  for (Vec9& camera : problem->cameras) camera.segment<3>(3) -= ExpSO3(camera.head<3>()) * shift;
-  for (Vec3& p_W : problem->points) p_W += shift;
-}
-
 }  // namespace
 
 BalStudy SolveBal(const BalProblem& problem, const FileSolveOptions& options, BalPoints move) {
   BalStudy study;
   study.before = study.after = problem;
-  // A BAL camera turns about the world's origin: from afar, its rotation and translation can hardly be told apart.
-  const Vec3 place = FarPlace(problem);
-  MoveWorld(-place, &study.after);
   BalGraph bal =
       BuildBal(study.after, options.huber > 0.0 ? std::make_shared<HuberLoss>(options.huber) : nullptr, move);
   for (size_t i = 0; i < problem.observations.size(); ++i) {
@@ -86,7 +66,6 @@ BalStudy SolveBal(const BalProblem& problem, const FileSolveOptions& options, Ba
   study.behind_camera = static_cast<int>(EdgesOutOfDomain(bal.graph).size());
   study.hint = HintAtHuber(bal.graph, options);
   ReadBack(bal, &study.after);
-  MoveWorld(place, &study.after);
   return study;
 }
 

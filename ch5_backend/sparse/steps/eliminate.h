@@ -28,10 +28,10 @@ struct DampingRule {
 };
 
 struct Eliminated {
-  AlignedVector H_ll_inverse;        ///< (H_ll + λD)⁻¹, see Structure::landmark_block
-  AlignedVector G_inverse;           ///< its lower triangles G⁻¹, which only forming S wants; or empty
-  VecX H_ll_inverse_b;               ///< (H_ll + λD)⁻¹ b_l, the landmarks' rows
-  SymmetricBlockMatrix S;            ///< empty if S is implicit
+  AlignedVector H_ll_inverse;  ///< (H_ll + λD)⁻¹, see Structure::landmark_block
+  AlignedVector G_inverse;     ///< its lower triangles G⁻¹, which only forming S wants; or empty
+  VecX H_ll_inverse_b;         ///< (H_ll + λD)⁻¹ b_l, the landmarks' rows
+  SymmetricBlockMatrix S;      ///< empty if S is implicit
   VecX b_S;
   VecX damped_diagonal;  ///< of H_pp + λD: what a pivot of S is compared with, linear/pivot_rule.h
 

@@ -9,7 +9,7 @@ namespace ch5 {
 namespace {
 
 constexpr int kPoseEdges = 32, kPoses = 8;  // a task's
-constexpr int kPrefetchDistance = 6;     // edges that are asked for ahead
+constexpr int kPrefetchDistance = 6;        // edges that are asked for ahead
 
 // H −= C, rows×columns; of a diagonal block C holds the lower half, H is full.
 CH5_INLINE void SubtractBlock(const double* C, int stride, int rows, int columns, bool diagonal, double* H) {
