@@ -12,7 +12,7 @@ namespace ch5 {
 
 void* AllocateArray(size_t bytes) {
   constexpr size_t kLine = 64, kLargePage = size_t{1} << 21;
-  const bool is_large = bytes >= kLargePage / 2;
+  const bool is_large = bytes >= kLargePage;
   const size_t unit = is_large ? kLargePage : kLine, whole = (std::max(bytes, size_t{1}) + unit - 1) / unit * unit;
   void* memory = std::aligned_alloc(unit, whole);
   if (!memory) throw std::bad_alloc();

@@ -6,7 +6,8 @@
 
 namespace ch5 {
 
-/// Memory that begins at a multiple of 64 bytes; in large pages, if it fills half of one at least and the system has them.
+/// Memory that begins at a multiple of 64 bytes; in large pages, if it fills one and the system has them: to clear a page that
+/// stays half empty costs more than it saves.
 /// @throws std::bad_alloc
 void* AllocateArray(size_t bytes);
 void FreeArray(void* memory);
