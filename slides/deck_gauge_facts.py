@@ -66,7 +66,7 @@ def reading_facts(tables):
     turned = [value for (_, what), value in variants.items() if what.startswith("arc's rotation")]
     mean = lambda variant: "/".join(  # noqa: E731
         f"{variants[f'{variant}, rec planes', f'mean {method}_iterations']:.1f}" for method in gauge.METHODS[:3])
-    return {"start.paper": f"{gauge_paper.FIRST_PIXELS}", "readings.least": "7", "readings.noise": "4.5", "time.least": percent(min(longer)),
+    return {"start.paper": f"{gauge_paper.FIRST_PIXELS}", "readings.least": "7", "readings.noise": "4.5", "readings.tau": "5·10⁻⁶", "readings.tolerance": "10⁻⁵", "time.least": percent(min(longer)),
             "time.most": percent(max(longer)), "views.two": "2", "views.four": "4", "views.rec_two": mean("two views"),
             "views.rec_four": mean("as shown"), "variants.least": f"{min(turned):.1f}", "variants.most": f"{max(turned):.1f}"}
 

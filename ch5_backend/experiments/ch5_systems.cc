@@ -10,6 +10,7 @@ int main(int argc, char** argv) {
                          {{"ablation", AblationTable},
                           {"ablation_recording", AblationRecordingTable},
                           {"consistency_recording", ConsistencyRecordingTable},
+                          {"first_estimates", FirstEstimatesTable},
                           {"walk_scale", WalkScaleTable},
                           {"back_ends", BackEndsTable},
                           {"calibration", CalibrationTable},

@@ -98,7 +98,8 @@ def body_of(directory, say):
                    for name, caption in figures.items()]
         if section == "consistency":
             pieces += [nees.cases_table(say), page.paragraph(say("consistency.hosts")), nees.hosts_table(say),
-                       page.paragraph(nees.why_none(say)), nees.first_estimates_table(say)]
+                       page.paragraph(nees.why_none(say)), nees.first_estimates_table(say),
+                       nees.paired_table(say)]
         if section == "systems":
             pieces.insert(2, systems.ablation_table(say))  # below its figure
             pieces += [page.paragraph(say("starts.lead")), systems.starts_table(say)]

@@ -38,13 +38,13 @@ MatXX StartInformation(const StartSigma& sigma, const Qd& q_W_B, bool with_posit
   return J;
 }
 
-// Circles of 3 m radius in a room, 12 s a lap, looking ahead, going up and down and swaying a little.
-Trajectory Circle(double duration) {
-  const auto formula = [](const Jet& t) {
+// Circles of 3 m radius in a room, 12 s a lap, going up and down and swaying a little.
+Trajectory Circle(double duration, double heading) {
+  const auto formula = [heading](const Jet& t) {
     const Jet angle = (2.0 * M_PI / 12.0) * t;
     const Jet radius = 3.0 + 0.3 * Sin(1.3 * t);
     return Coordinates{{radius * Cos(angle), radius * Sin(angle), 0.4 * Sin(0.9 * t)},
-                       angle + 0.5 * M_PI + 0.2 * Sin(0.7 * t),
+                       angle + heading + 0.2 * Sin(0.7 * t),
                        0.1 * Sin(0.8 * t),
                        0.1 * Sin(1.1 * t)};
   };
@@ -56,15 +56,15 @@ Trajectory Circle(double duration) {
 Recording ConsistencyFlight(const ConsistencyOptions& options, int run) {
   Random scene(3);
   SimulationOptions simulation;
-  simulation.calibration.camera_rate = 5.0;
+  simulation.calibration.camera_rate = options.camera_rate;
   simulation.calibration.imu_rate = 100.0;
   simulation.camera.pixel_sigma = kPixelSigma;
   simulation.camera.max_tracks = options.max_tracks;
   simulation.camera.drop_probability = 0.05;
   simulation.imu.seed = 1000 + static_cast<uint64_t>(run);
   simulation.camera.seed = 2000 + static_cast<uint64_t>(run);
-  return SimulateRecording(Circle(options.seconds), PointsOnPlanes(RoomWalls({-6, -6, -3}, {6, 6, 3}), 600, &scene),
-                           simulation);
+  return SimulateRecording(Circle(options.seconds, options.heading),
+                           PointsOnPlanes(RoomWalls({-6, -6, -3}, {6, 6, 3}), 600, &scene), simulation);
 }
 
 DrawnStart DrawStart(const StampedState& truth, int run) {
@@ -83,8 +83,10 @@ DrawnStart DrawStart(const StampedState& truth, int run) {
 
 EstimatorOptions ConsistencyEstimator(const ConsistencyCase& c, const Calibration& calibration) {
   EstimatorOptions options{calibration};
-  options.weights.pixel_sigma = kPixelSigma;
-  options.weights.cauchy = 0.0;
+  if (c.hosts != "published") {
+    options.weights.pixel_sigma = kPixelSigma;
+    options.weights.cauchy = 0.0;
+  }
   options.weights.noisy_hosts = c.hosts == "noisy";
   options.max_outlier_pixels = 5.0 * kPixelSigma;  // the simulated tracks have no outliers, only depths diverge
   options.max_rejecting = 1e9;                     // few landmarks are normal here

@@ -1,6 +1,7 @@
 #pragma once
 /// The flights on which the estimators' covariances are compared with their errors, and the estimators that fly them.
 
+#include <cmath>
 #include <memory>
 #include <string>
 
@@ -12,14 +13,18 @@ struct ConsistencyOptions {
   int runs = 50;
   double seconds = 20.0;
   int max_tracks = 24;
-  int threads = 0;  ///< 0: as many as the machine has; the result does not depend on it
+  double camera_rate = 5.0;     ///< [Hz]
+  double heading = 0.5 * M_PI;  ///< from the radius: looks along the path; 0: outward [rad]
+  int threads = 0;              ///< 0: as many as the machine has; the result does not depend on it
 };
 
 /// What varies between the estimators of the study.
 struct ConsistencyCase {
   std::string policy;        ///< "vins", "okvis"
   std::string observations;  ///< "twice", VINS-Mono's re-use of what its prior contains, or "once"
-  std::string hosts;         ///< "exact", as in VINS-Mono and by default, or "noisy" (types/visual/edge_track.h)
+  /// "exact", as in VINS-Mono and by default, or "noisy" (types/visual/edge_track.h), both with the true σ and no loss, so
+  /// that nothing else makes a claim wrong; or "published": exact with VINS-Mono's σ and loss, the defaults of WindowWeights
+  std::string hosts;
   std::string mode;  ///< ObservabilityConstraints: "none", "prior_only" (marginalized edges), "full" (all edges)
 };
 

@@ -18,7 +18,8 @@ constexpr int kAuditedRuns = 2;  // are repeated without position and yaw
 std::vector<ConsistencyResult> AllCases() {
   std::vector<ConsistencyResult> cases;
   const auto add = [&](const ConsistencyCase& c) { cases.push_back({c, {}, {}, {}}); };
-  for (const char* hosts : {"exact", "noisy"}) add({"vins", "twice", hosts, "none"});
+  for (const char* hosts : {"exact", "noisy", "published"}) add({"vins", "twice", hosts, "none"});
+  add({"vins", "once", "published", "none"});
   for (const char* policy : {"vins", "okvis"}) {
     for (const char* hosts : {"exact", "noisy"}) {
       for (const char* mode : {"none", "prior_only", "full"}) add({policy, "once", hosts, mode});

@@ -9,6 +9,7 @@ from . import gauge_paper
 
 STARTS = ("stated", "rotations nearer", "all nearer")
 NOISY = "more noise"
+UNKNOWN = ("stated", "less damping", "earlier stop", *STARTS[1:])  # what the paper leaves open, beside the place of w
 VARIANTS = ("as shown", "two views", "few points", "more noise")
 READINGS = {"the cost": 1, "the residual": 2}  # what the paper's w may multiply: w ‖r‖², or ‖w r‖²
 METHODS = ("fixation", "free", "prior", "pseudo-inverse")
@@ -122,7 +123,7 @@ def sweep(table):
 def near_start(table):
     """How far our sweep is from the paper's, by start and by what the paper's w multiplies."""
     found = {}
-    for start in (*STARTS, NOISY):
+    for start in (*UNKNOWN, NOISY):
         rows = table.where(start=start)
         weights, mean, _ = over_weight(rows, "iterations")
         found[start, "mean first reprojection error [px]"] = rows.where(weight=0)["start_px"].mean()

@@ -2,6 +2,8 @@
 import sys
 from pathlib import Path
 
+import numpy as np
+
 from ..tables import Tables
 
 # Of ch5_nees --runs 200, and of --recordings: half an hour's work. Over time, `consistency` has the cases that figures show.
@@ -16,6 +18,17 @@ def consistency(tables, policy, mode, table="consistency", hosts="noisy", observ
 def kept_summary(policy, mode="none", **case):
     """The row of one case over all flights and times, of the kept tables."""
     return consistency(KEPT, policy, mode, "consistency_summary", **case).rows()[0]
+
+
+FLIGHTS = ("ahead", "ahead with 100 tracks", "outward", "hand-held")  # kinds of the study first_estimates
+
+
+def paired(kind, policy, setting):
+    """ATE with first estimates less that without, flight by flight: mean ± standard error [m] (flights that are better/all)."""
+    ate = [KEPT("first_estimates", recording=kind, policy=policy, setting=name)["ate_m"] for name in (setting, "none")]
+    change = ate[0] - ate[1]
+    error = change.std(ddof=1) / np.sqrt(len(change))
+    return f"{change.mean():+.3f} ± {error:.3f} ({(change < 0).sum()}/{len(change)})".replace("-", "−")
 
 
 def spectra(tables):

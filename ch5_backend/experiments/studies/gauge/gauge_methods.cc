@@ -15,11 +15,13 @@ std::vector<double> SweepWeights() {
   return {0, 1, 3, 7, 10, 50, 100, 300, 500, 1e3, 5e3, 1e4, 5e4, 1e5, 1e6, 1e7, 1e8};
 }
 
-GaugeSettings Tight() {
+GaugeSettings Settings(double tau, double cost_tolerance) {
   GaugeSettings settings;
-  settings.solve.cost_tolerance = 1e-15;
+  settings.solve.tau = tau;
+  settings.solve.cost_tolerance = cost_tolerance;
   return settings;
 }
+const GaugeSettings kUsual, kTight = Settings(1e-4, 1e-15);
 
 }  // namespace
 
@@ -51,7 +53,7 @@ CsvTable GaugeMethodsTable(int trial, const std::filesystem::path&) {
     SolveGauge(scene, methods[0].second);  // thrown away: a scene's first solve pays for cold memory
     for (size_t k = 0; k < std::size(methods); ++k) {
       const auto& [name, method] = methods[(k + static_cast<size_t>(trial)) % std::size(methods)];
-      const GaugeRun usual = SolveGauge(scene, method), tight = SolveGauge(scene, method, Tight());
+      const GaugeRun usual = SolveGauge(scene, method), tight = SolveGauge(scene, method, kTight);
       table.Row(configuration.path, configuration.points, name, trial, usual.summary.iterations,
                 usual.summary.cost_evaluations, usual.milliseconds, tight.summary.final_cost, usual.error.position_rmse,
                 tight.error.position_rmse, tight.error.rotation_rmse / kDegree, tight.error.velocity_rmse);
@@ -83,19 +85,22 @@ CsvTable GaugeNearStartTable(int trial, const std::filesystem::path&) {
     const char* name;
     Perturbation perturbation;
     double pixel_sigma = 1.0;
+    GaugeSettings settings = kUsual;
   };
   const Start starts[] = {
       {"stated", stated},
       {"more noise", stated, 4.5},
+      {"less damping", stated, 1.0, Settings(5e-6, 1e-6)},
+      {"earlier stop", stated, 1.0, Settings(1e-4, 1e-5)},
       {"rotations nearer", {stated.position, kNearRotation, stated.velocity, stated.point}},
       {"all nearer",
        {kNear * stated.position, kNear * stated.rotation, kNear * stated.velocity, kNear * stated.point}}};
-  for (const auto& [start, perturbation, pixel_sigma] : starts) {
+  for (const auto& [start, perturbation, pixel_sigma, settings] : starts) {
     options.start = perturbation;
     options.pixel_sigma = pixel_sigma;
     const VisualInertialScene scene = SimulateVisualInertial(options);
     for (const double weight : SweepWeights()) {
-      const GaugeRun run = SolveGauge(scene, {GaugeHandling::kPrior, weight});
+      const GaugeRun run = SolveGauge(scene, {GaugeHandling::kPrior, weight}, settings);
       table.Row(trial, start, weight, run.summary.iterations, run.reprojection_px.front());
     }
   }
@@ -120,7 +125,7 @@ CsvTable GaugeVariantsTable(int trial, const std::filesystem::path&) {
       options.pixel_sigma = variant.pixel_sigma;
       const VisualInertialScene scene = SimulateVisualInertial(options);
       const auto iterations = [&](const GaugeMethod& method) { return SolveGauge(scene, method).summary.iterations; };
-      const TrajectoryError error = SolveGauge(scene, {GaugeHandling::kFixation}, Tight()).error;
+      const TrajectoryError error = SolveGauge(scene, {GaugeHandling::kFixation}, kTight).error;
       table.Row(configuration.path, configuration.points, variant.name, trial,
                 static_cast<double>(scene.observations.size()) / options.keyframes,
                 iterations({GaugeHandling::kFixation}), iterations({GaugeHandling::kFree}),

@@ -210,7 +210,8 @@ void ScaleImu(double factor, EstimatorOptions* options) {
   }
 }
 
-// Settings of the estimator; all recordings have the first three, V1_01 has all.
+// Settings of the estimator; all recordings have the first three, of first estimates, V1_01 has all.
+constexpr std::ptrdiff_t kModes = 3;
 struct Setting {
   const char* name;
   void (*set)(EstimatorOptions*);
@@ -240,7 +241,7 @@ CsvTable ConsistencyRecordingTable(int trial, const std::filesystem::path& data)
   const std::string name = simulated ? "simulated" : names[trial];
   const Recording recording =
       simulated ? SimulatedOdometryRecording(static_cast<uint64_t>(trial) - 1) : ReadRecording(data / name);
-  const std::ptrdiff_t cases = trial == 0 ? std::size(kSettings) : 3;
+  const std::ptrdiff_t cases = trial == 0 ? std::size(kSettings) : kModes;
   for (const Setting* setting = kSettings; setting != kSettings + cases; ++setting) {
     for (auto&& policy : AllPolicies()) {
       EstimatorOptions options{recording.calibration};
@@ -256,6 +257,36 @@ CsvTable ConsistencyRecordingTable(int trial, const std::filesystem::path& data)
                 found.yaw_leak / found.priors, flight.milliseconds);
     }
   }
+  return table;
+}
+
+CsvTable FirstEstimatesTable(int trial, const std::filesystem::path&) {
+  CsvTable table("recording,policy,setting,trial,images,restarts,ate_m,nees_motion");
+  const auto fly = [&](const char* name, const Recording& recording, const DrawnStart* start) {
+    for (const Setting* setting = kSettings; setting != kSettings + kModes; ++setting) {
+      for (auto&& policy : AllPolicies()) {
+        EstimatorOptions options{recording.calibration};
+        setting->set(&options);
+        const std::string policy_name = policy->Name();
+        const FlightResult flight = Fly(recording, options, std::move(policy), start);
+        table.Row(name, policy_name, setting->name, trial, flight.images, flight.restarts, flight.ate,
+                  flight.nees_motion);
+      }
+    }
+  };
+  const auto circle = [&](const char* name, const ConsistencyOptions& options) {
+    const Recording recording = ConsistencyFlight(options, trial);
+    const DrawnStart start = DrawStart(recording.truth.front(), trial);
+    fly(name, recording, &start);
+  };
+  ConsistencyOptions outward, many;
+  outward.heading = 0.0;
+  many.max_tracks = 100;
+  many.camera_rate = 10.0;
+  circle("ahead", {});
+  circle("ahead with 100 tracks", many);
+  circle("outward", outward);
+  fly("hand-held", SimulatedOdometryRecording(1 + static_cast<uint64_t>(trial)), nullptr);
   return table;
 }
 

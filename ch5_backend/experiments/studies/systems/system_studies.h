@@ -14,6 +14,9 @@ CsvTable AblationRecordingTable(int trial, const std::filesystem::path& data);
 /// motion across the window and its parts, the prior's leak of yaw. Trial 0 is EuRoC's V1_01, 1 Tango's walk, others are
 /// simulated.
 CsvTable ConsistencyRecordingTable(int trial, const std::filesystem::path& data);
+/// Observability constraints for no edge, marginalized edges or all, with default weights and windows, on a simulated flight
+/// of each of four kinds: ATE and NEES of the motion across the window.
+CsvTable FirstEstimatesTable(int trial, const std::filesystem::path&);
 /// The batch on Tango's walk with its observations, gyroscope and accelerometer as recorded, or each replaced by what the
 /// publisher's trajectory would give: ATE and scale. Trials differ in the observations' noise.
 CsvTable WalkScaleTable(int trial, const std::filesystem::path& data);

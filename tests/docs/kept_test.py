@@ -1,0 +1,68 @@
+"""The kept tables are what today's programs write: one trial of each, or a part of its flights, is computed anew."""
+
+import re
+import subprocess
+import unittest
+
+import numpy as np
+
+from tests.folder import FolderTest
+from tests.project import BUILD, DATA, ROOT
+
+from ch5_backend.course.documents import measure_speed
+from ch5_backend.course.experiments.figure_sets import SYSTEMS
+from ch5_backend.figures.numbers.windows import KEPT
+from ch5_backend.figures.tables import Tables
+
+TIMED = re.compile(r"milliseconds|microseconds|seconds|seconds_to_start|megabytes")  # other on each machine
+ROUNDING = {"back_ends": ("worst_error",)}  # to a factor
+
+
+@unittest.skipUnless((DATA / "tango_walk").exists(), f"{DATA} has no recordings")
+class KeptTables(FolderTest):
+    def assert_equal_rows(self, name, fresh, kept, timed=TIMED):
+        self.assertEqual(list(fresh.columns), list(kept.columns), name)
+        self.assertGreater(len(fresh), 0, name)
+        lost = fresh["restarts"] > 0 if "restarts" in fresh.columns else np.zeros(len(fresh), bool)
+        for column, values in fresh.columns.items():
+            if timed.fullmatch(column):
+                continue
+            before = kept[column][:len(values)]
+            if values.dtype.kind != "f":
+                self.assertEqual(values.tolist(), before.tolist(), (name, column))
+            elif column in ROUNDING.get(name, ()):
+                np.testing.assert_allclose(np.log10(values), np.log10(before), atol=1, err_msg=f"{name}, {column}")
+            else:
+                for rows, tolerance in ((~lost, 1e-6), (lost, 0.05)):  # what is lost ends by rounding
+                    np.testing.assert_allclose(values[rows], before[rows], tolerance, 1e-9, err_msg=f"{name}, {column}")
+
+    def program(self, name, *words):
+        done = subprocess.run([BUILD / "bin" / name, *map(str, words)], capture_output=True, text=True)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+
+    def test_the_first_trial_of_each_study_of_the_systems(self):
+        for study in (name for name in SYSTEMS if name != "machine"):
+            with self.subTest(study):
+                self.program("ch5_systems", study, "--trial", 0, "--out", self.folder / f"{study}.csv", "--data", DATA)
+                self.assert_equal_rows(study, Tables(self.folder)(study), KEPT(study))
+
+    def test_the_first_two_seconds_of_all_flights_of_the_nees(self):
+        runs = int(KEPT("consistency")["runs"].max())
+        self.program("ch5_nees", "--runs", runs, "--seconds", 2, "--out", self.folder)
+        fresh, kept = Tables(self.folder / "csv")("consistency"), KEPT("consistency")
+        cases = ("policy", "observations", "hosts", "mode", "t_s")
+        for row in kept.rows():
+            if row["t_s"] < 1.95:
+                again = fresh.row(**{name: row[name] for name in cases})
+                for name in row.keys() - set(cases):
+                    np.testing.assert_allclose(again[name], row[name], 1e-6, 1e-9, err_msg=f"{row}: {name}")
+
+    def test_hosts_on_recordings(self):
+        self.program("ch5_nees", "--recordings", DATA, "--out", self.folder)
+        self.assert_equal_rows("host_noise", Tables(self.folder / "csv")("host_noise"), KEPT("host_noise"))
+
+    def test_the_costs_of_the_measured_solves(self):
+        for name, rows in (("speed_reduced", measure_speed.reduced()), ("speed_rays", measure_speed.rays())):
+            kept = Tables(ROOT / "slides/measured")(name)
+            self.assertEqual([row[0] for row in rows], kept[list(kept.columns)[0]].tolist(), name)
+            np.testing.assert_allclose([float(row[-1]) for row in rows], kept["cost"], 1e-6, err_msg=name)
