@@ -30,7 +30,8 @@ def hand_facts(tables):
 
 def consistency_facts(tables):
     """`case` is the row of one case over all flights, see numbers/windows.py; `first` the first row over time."""
-    return {"nees.dof": "6", "nees.band": percent(0.95), "yaw.dof": "1", "nees.published_sigma": typed_in("ch5_backend/window/window.h", r"pixel_sigma = ([\d.]+)"), "case": kept_summary,
+    return {"nees.dof": "6", "nees.band": percent(0.95), "yaw.dof": "1", "flown.tracks": "22", "flown.path": f"{KEPT('distance', recording=RECORDED)['path_m'][0]:.1f}",
+            "nees.published_sigma": typed_in("ch5_backend/window/window.h", r"pixel_sigma = ([\d.]+)"), "case": kept_summary,
             "first": consistency(KEPT, "vins", "none").rows()[0]}
 
 
