@@ -7,14 +7,12 @@
 #include "ch5_backend/math/psd.h"
 #include "ch5_homework/judge/ask.h"
 #include "ch5_homework/judge/mistakes/formula.h"
-#include "ch5_homework/judge/mistakes/stage_5.h"
 #include "ch5_homework/judge/oracle.h"
 #include "ch5_homework/judge/right/formulas.h"
+#include "ch5_homework/judge/right/opened_term.h"
 
 namespace ch5::homework {
 namespace {
-
-using namespace stage_5;
 
 // ---- 5.1 InsertBlock ------------------------------------------------------------------------------------------------
 
@@ -25,13 +23,6 @@ int Rows(const std::vector<std::shared_ptr<Vertex>>& vertices) {
 }
 
 Text After(const char* what, const Text& scene) { return {"5.after_insert", {{"what", Word(what)}, {"scene", scene}}}; }
-
-void CheckOpened(const Insertion& c, const Answer& got, const Names& names, const Text& scene) {
-  Require(
-      "5", After("H", scene), c.Opened(), got["H"], names, [&] { return c.InH(); }, 1e-10, "5.1", "H");
-  Require(
-      "5", After("b0", scene), c.OpenedB(), got.Vector("b0"), names, [&] { return c.InB(); }, 1e-10, "5.1", "b0");
-}
 
 /// A term over poses and landmarks with random numbers, and one more vertex to come.
 void CheckInsertion(const std::vector<std::shared_ptr<Vertex>>& dense,
@@ -50,17 +41,19 @@ void CheckInsertion(const std::vector<std::shared_ptr<Vertex>>& dense,
 
   Random random(Seed(31));
   const int dense_size = Rows(dense), size = dense_size + Rows(landmarks);
-  const Insertion c{RandomPositiveDefinite(size, &random), RandomMatrix(size, 1, &random),
-                    is_landmark ? size : dense_size, coming->LocalDimension()};
-  const Answer got =
-      Ask("InsertBlock",
-          {{"H", c.H}, {"b0", c.b0}, {"dense_size", dense_size}, {"dim", c.dim}, {"is_landmark", is_landmark}});
-  CheckOpened(c, got, RowNames(after), scene);
+  const MatXX H = RandomPositiveDefinite(size, &random);
+  const VecX b0 = RandomMatrix(size, 1, &random);
+  const int row = is_landmark ? size : dense_size, dim = coming->LocalDimension();
+  const Answer got = Ask(
+      "InsertBlock", {{"H", H}, {"b0", b0}, {"dense_size", dense_size}, {"dim", dim}, {"is_landmark", is_landmark}});
+  const right::OpenedTerm right(H, b0, row, dim);
+  Require({"5", After("H", scene), "5.1", "H", RowNames(after)}, right.H, got["H"]);
+  Require({"5", After("b0", scene), "5.1", "b0", RowNames(after)}, right.b, got.Vector("b0"));
   if (got.Int("dense_size") != dense_size) {
     Fail({"5", After("dense_size_", scene), Text("5.as_before", {{"size", Word(dense_size)}}),
           Word(got.Int("dense_size")), "5.dense_size_grows_twice", "5.1"});
   }
-  if (got.Int("row") != c.idx) Fail({"5", "5.returns_first_row"});
+  if (got.Int("row") != row) Fail({"5", "5.returns_first_row"});
 }
 
 std::shared_ptr<Vertex> Pose() { return std::make_shared<VertexPose>(); }

@@ -9,15 +9,14 @@
 #include <set>
 
 #include "ch5_homework/judge/ask.h"
-#include "ch5_homework/judge/mistakes/stage_7_system.h"
+#include "ch5_homework/judge/mistakes/formula.h"
 #include "ch5_homework/judge/oracle.h"
+#include "ch5_homework/judge/right/assembly.h"
 #include "ch5_homework/judge/right/formulas.h"
 #include "ch5_homework/judge/scenes/bundle.h"
 
 namespace ch5::homework {
 namespace {
-
-using namespace stage_7;
 
 // ---- 7a: the pattern of S ----------------------------------------------------------------------------------------
 
@@ -165,17 +164,47 @@ TEST(Stage7, TheBlocksOfSWithoutLandmarks) {
 
 // ---- 7b, 7c: b and H ---------------------------------------------------------------------------------------------
 
+// The number of a free vertex, as BlockIndexOf has it.
+int NumberOf(const Vertex& vertex, const Ordering& ordering) {
+  const auto& alike = vertex.GetRole() == Role::kPose ? ordering.poses : ordering.landmarks;
+  const auto at = std::find_if(alike.begin(), alike.end(), [&](const auto& one) { return one.get() == &vertex; });
+  return at == alike.end() ? -1 : static_cast<int>(at - alike.begin());
+}
+
+// Where a student may take a vertex's rows to begin, by its number.
+std::vector<right::Loop::WrongRow> RowsByNumber(const Ordering& ordering) {
+  const auto by = [&](const auto& row) {
+    return [&ordering, row](const Edge& edge, size_t k) {
+      const Vertex& v = *edge.Vertices()[k];
+      return row(v, NumberOf(v, ordering));
+    };
+  };
+  const auto pose_row = [&](const Vertex&, int number) {
+    const bool is = number >= 0 && number < static_cast<int>(ordering.poses.size());
+    return is ? ordering.poses[static_cast<size_t>(number)]->OrderingId() : -1;
+  };
+  return {{"7.number_for_first_row", by([](const Vertex&, int number) { return number; })},
+          {"7.pose_row_for_landmark", by(pose_row)},
+          {"7.number_times_size_for_row", by([](const Vertex& v, int number) { return number * v.LocalDimension(); })}};
+}
+
+std::vector<Text> PartsOfH(const Vertex& i, const Vertex& j) {
+  const bool i_is_pose = i.GetRole() == Role::kPose, j_is_pose = j.GetRole() == Role::kPose;
+  const auto blocks_of = [](const char* part) { return Text("7.blocks_of", {{"matrix", Word(std::string(part))}}); };
+  if (!i_is_pose && !j_is_pose) return {blocks_of("H_ll")};
+  if (!i_is_pose || !j_is_pose) return {blocks_of("H_pl")};
+  return {&i == &j ? "7.diagonal_blocks_H_pp" : "7.off_diagonal_H_pp", blocks_of("H_pp")};
+}
+
 void CheckSystem(const MatXX& H, const VecX& b, const Graph& graph, const Text& scene) {
   const Ordering ordering = MakeOrdering(graph);
-  const System right = StackedNormalEquations(graph, ordering.Size());
+  right::Loop loop{graph.Edges(), ordering.Size(), -1.0};
+  loop.wrong_rows = RowsByNumber(ordering);
+  loop.parts_of = &PartsOfH;
+  const right::AssembledSystem right(loop);
   const Names names = RowNames(ordering, true);
-  const Loop loop{graph.Edges(), ordering.Size()};
-  Require(
-      "7", {"scene.b_of", {{"what", scene}}}, right.b, b, names,
-      [&] { return MistakesInB("7b", loop, -1.0, "formula.sign_of_b", RowsByNumber(ordering)); }, 1e-10, "7b", "b_");
-  Require(
-      "7", {"scene.H_of", {{"what", scene}}}, right.H, H, names, [&] { return MistakesInH(loop, ordering); }, 1e-10,
-      "7c", "H");
+  Require({"7", {"scene.b_of", {{"what", scene}}}, "7b", "b_", names}, right.b, b);
+  Require({"7", {"scene.H_of", {{"what", scene}}}, "7c", "H", names}, right.H, H);
 }
 
 void CheckSystem(Scene* scene, const Text& words, int times = 1) {

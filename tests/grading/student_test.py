@@ -84,7 +84,7 @@ class Archive(FolderTest):
                  for language in ("en", "zh")}
         mistakes = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "ch5_homework/judge/mistakes").glob("*.h"))
         named = {(topic, name) for topic, name in re.findall(r'"([\d.]+)\.(\w{4,})"', mistakes) if name in words["en"].get(topic, {})}
-        self.assertGreater(len(named), 50)
+        self.assertGreater(len(named), 40)
         texts = {name: content.decode("utf-8", "replace") for name, content in self.files.items()}
         for topic, name in named:
             for language in words:
@@ -92,7 +92,7 @@ class Archive(FolderTest):
                 if len(piece) > 30:  # shorter ones are any words
                     self.assertEqual([file for file, text in texts.items() if piece in text], [], piece)
             self.assertEqual([file for file, text in texts.items() if f'"{topic}.{name}"' in text], [])
-        self.assertNotIn("//", re.sub(r"https?://", "", texts["ch5_homework/judge/mistakes/assembly.h"]).replace("#pragma once", ""))
+        self.assertNotIn("//", re.sub(r"https?://", "", texts["ch5_homework/judge/mistakes/stage_2.h"]).replace("#pragma once", ""))
 
     def test_its_pages_link_to_nothing_that_is_missing(self):
         for name, content in self.files.items():

@@ -113,19 +113,20 @@ def student_files(files: dict, compiled: dict, built: dict) -> dict:
     for name in compiled:
         given.pop(name, None)
         given[f"{name}.s"] = (made_for + without_formulas(compiled[name])).encode()
-    hide_causes(given)
+    hide_causes(given, compiled)
     for name in given:
         if name.endswith(".md"):
             given[name] = without_dead_links(name, NOT_GIVEN.sub("", given[name].decode("utf-8")), given).encode()
     return given
 
 
-def hide_causes(given: dict) -> None:
+def hide_causes(given: dict, compiled: dict) -> None:
     """What typical mistakes are called, and the sentences that explain them: in the code their ids become numbers and comments
-    go, and the sentences are packed. A check names them when it is time."""
+    go, and the sentences are packed. A check names them when it is time. Ids that compiled code holds stay as they are."""
+    kept = {found for name in compiled for found in ID.findall((ROOT / name).read_text(encoding="utf-8"))}
     stores = {name: json.loads(given.pop(name)) for name in [name for name in given if STORE.fullmatch(name)]}
     numbers = {(topic, sentence): f"c{short_hash(f'{topic}.{sentence}')[:10]}" for texts in stores.values()
-               for topic in texts if topic in SECRET_TOPICS for sentence in texts[topic]}
+               for topic in texts if topic in SECRET_TOPICS for sentence in texts[topic] if (topic, sentence) not in kept}
     for name, texts in stores.items():
         hidden = {topic: {numbers.get((topic, sentence), sentence): text for sentence, text in texts[topic].items()} for topic in texts}
         given[name + ".z"] = zlib.compress(json.dumps(hidden, ensure_ascii=False).encode(), 9)

@@ -1,18 +1,43 @@
 /// Stage 5.
 
-#include "ch5_homework/judge/right/formulas.h"
-
 #include "ch5_backend/marginalize/square_root.h"
+#include "ch5_homework/judge/right/formulas.h"
+#include "ch5_homework/judge/right/opened_term.h"
 
 namespace ch5::homework::right {
 
+using formula::Assembly;
 using formula::Inverse;
 using formula::Matrix;
 using formula::Named;
+using formula::Place;
 using formula::Seen;
+using formula::Share;
+using formula::Source;
 using formula::Transpose;
 using formula::Value;
 using formula::WrittenAt;
+
+OpenedTerm::OpenedTerm(const MatXX& H_given, const VecX& b0_given, int idx, int dim) {
+  const int size = static_cast<int>(b0_given.size()), tail = size - idx, end = idx + dim;
+  const Source all("H", H_given), rhs("b0", b0_given);
+  // What moves has made room at its new place; `unmoved` is where it came from, `exchanged` where its mirror image belongs.
+  const auto copied = [](const Expression& x, const Place& place, const Place& unmoved, const Place& exchanged) {
+    Share share{x, place, {}, {{"5.entries_of", {{"block", Word(x->name)}}}}};
+    share.elsewhere = {{"5.nothing_made_room", unmoved}, {"5.H_01_H_01T_exchanged", exchanged}};
+    return share;
+  };
+  H = {Assembly("H", size + dim, size + dim,
+                {copied(all.Block("H_00", 0, 0, idx, idx), {0, 0}, {0, 0}, {0, 0}),
+                 copied(all.Block("H_01", 0, idx, idx, tail), {0, end}, {0, idx}, {end, 0}),
+                 copied(all.Block("H_01ᵀ", idx, 0, tail, idx), {end, 0}, {idx, 0}, {0, end}),
+                 copied(all.Block("H_11", idx, idx, tail, tail), {end, end}, {idx, idx}, {end, end})})};
+  b = {Assembly("b0", size + dim, 1,
+                {copied(rhs.Segment("b0_0", 0, idx), {0, 0}, {0, 0}, {0, 0}),
+                 copied(rhs.Segment("b0_1", idx, tail), {end, 0}, {idx, 0}, {end, 0})})};
+  H.beside = {Matrix("H", H_given)};
+  b.beside = {Matrix("b0", b0_given)};
+}
 
 SchurUpdate::SchurUpdate(const MatXX& V_given, const MatXX& W_given, const VecX& b_b_given, const MatXX& U_given,
                          const VecX& b_a_given) {
