@@ -12,26 +12,33 @@ namespace {
 
 constexpr char kUsage[] =
     "usage: ch5_pose_graph FILE --out DIR [--init START] [--iterations N] [--threads N] [--huber X] [--solver NAME]\n"
-    "                      [--project-information]\n"
-    "Optimizes the pose graph in FILE (g2o's text format, SE2 and SE3) and writes into DIR: the result as .g2o, the\n"
-    "table of iterations, a summary, and what figures/pose_graph.py draws. The first pose is held if the file fixes "
-    "none.\n"
+    "                      [--project-information] [--leave-out]\n"
+    "Optimizes the pose graph in FILE (g2o's text format, slam2d and slam3d) and writes into DIR: the result as .g2o, "
+    "the\n"
+    "table of iterations, a summary, and what figures/pose_graph.py draws. The first pose is held if nothing in the "
+    "file holds it.\n"
     "  --init START     where it begins: file (the file's poses), odometry (along the path), spanning-tree (along the "
     "tree\n"
-    "                   with the fewest edges), or chordal (chordal relaxation); unless given, the one of least cost\n"
+    "                   with the fewest edges), chordal (chordal relaxation), or incremental\n"
+    "                   (pose after pose, solved in between; by itself if there are landmarks); unless given, the one "
+    "of "
+    "least cost\n"
     "  --iterations N   at most N iterations (1000)\n"
     "  --threads N      (as many as the machine has); the result does not depend on it\n"
     "  --huber X        Huber's loss on each edge's normalized error with this threshold (none)\n"
     "  --solver NAME    dense, sparse, pcg, implicit-pcg, power-series, or automatic (the default): dense or sparse\n"
     "  --project-information\n"
     "                   replaces each information matrix that is not positive semi-definite by the nearest one that "
-    "is\n";
+    "is\n"
+    "  --leave-out      leaves out lines whose tag is not known, which are an error otherwise\n";
 
 void PrintUnknown(const ch5::G2oFile& graph, const std::string& file) {
+  if (graph.unknown.empty()) return;
   constexpr size_t kMost = 5;
+  std::printf("%zu lines left out, since their tags are not known:\n", graph.unknown.size());
   for (size_t k = 0; k < graph.unknown.size() && k < kMost; ++k) {
     const ch5::G2oFile::Line& line = graph.unknown[k];
-    std::printf("%s:%d: unknown, kept as it is: %.60s\n", file.c_str(), line.number, line.text.c_str());
+    std::printf("%s:%d: %.60s\n", file.c_str(), line.number, line.text.c_str());
   }
   if (graph.unknown.size() > kMost) std::printf("… and %zu more\n", graph.unknown.size() - kMost);
 }
@@ -50,7 +57,13 @@ void Run(const ch5::PoseGraphOptions& options, const ch5::G2oOptions& reading) {
     throw std::invalid_argument("the information matrices of all edges are zero, so nothing to optimize");
   const ch5::OutputFolder made(options.out);
   PrintUnknown(graph, options.input);
-  std::printf("%s: %zu poses, %zu edges\n", options.Name().c_str(), graph.ids.size(), edges.size());
+  const size_t landmarks = ch5::CountLandmarks(graph);
+  std::printf("%s: %zu poses, %zu landmarks, %zu edges\n", options.Name().c_str(), graph.ids.size() - landmarks,
+              landmarks, edges.size());
+  if (graph.lists) {
+    std::printf("the last numbers of ODOMETRY and LANDMARK were taken for %s, by their size\n",
+                *graph.lists == ch5::G2oFile::Lists::kRoots ? "square roots of information" : "covariances");
+  }
   if (graph.repeated > 0) {
     std::printf("edges that stand twice, with the same numbers, and count twice: %d, the first in line %d\n",
                 graph.repeated, graph.first_repeated);
@@ -64,7 +77,7 @@ void Run(const ch5::PoseGraphOptions& options, const ch5::G2oOptions& reading) {
   study.summary = ch5::SolveGraph(&graph.graph, options);
   ch5::WritePoseGraphStudy(study, graph, options);
   for (const int64_t id : study.fixed_ids) {
-    std::printf("pose %s was held: the file fixes none of its part\n", std::to_string(id).c_str());
+    std::printf("pose %s was held: nothing in the file holds its part\n", std::to_string(id).c_str());
   }
   ch5::PrintSummary(study.summary);
   if (const std::string hint = ch5::HintAtHuber(graph.graph, options); !hint.empty()) std::printf("%s\n", hint.c_str());
@@ -80,5 +93,6 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): RunFile
     line->Option("--init",
                  [&](const std::string& word) { options.start = ch5::OneOf(word, ch5::kPoseGraphStartNames); });
     line->Flag("--project-information", [&] { reading.project_information = true; });
+    line->Flag("--leave-out", [&] { reading.leave_out = true; });
   });
 }

@@ -5,7 +5,7 @@ usage: pose_graph.py DIR        the folder that ch5_pose_graph FILE --out DIR ha
 
 Reads DIR/poses.csv, DIR/edges.csv, DIR/trace.csv and DIR/summary.csv. Both panels have the same scale and are seen from
 the same place in parallel projection, a planar graph from above. The path goes from dark to bright; gray lines are the
-measurements that close loops.
+measurements that close loops, and dots are landmarks.
 """
 import numpy as np
 
@@ -54,12 +54,15 @@ def panel(axes, lines, on_path, title, chi2):
 def draw(directory):
     poses, edges, trace = (read(directory, name, folder="") for name in ("poses", "edges", "trace"))
     summary = read_summary(directory)
-    before, after = positions(poses, "before"), positions(poses, "after")
+    position = {state: positions(poses, state) for state in ("before", "after")}
+    after = position["after"]
     view = axes_of_view(np.array(list(after.values())))
     # The path is made of the edges between poses that follow each other in the file.
-    place = {name: k for k, name in enumerate(after)}
-    on_path = np.array([place[int(j)] - place[int(i)] == 1 for i, j in zip(edges["i"], edges["j"])])
-    lines = {"before": segments(edges, before, view), "after": segments(edges, after, view)}
+    place = {int(name): k for k, name in enumerate(poses.where(state="after", kind="pose")["id"])}
+    landmarks = [name for name in after if name not in place]
+    is_step = lambda i, j: i in place and j in place and place[j] - place[i] == 1
+    on_path = np.array([is_step(int(i), int(j)) for i, j in zip(edges["i"], edges["j"])])
+    lines = {state: segments(edges, position[state], view) for state in position}
 
     fig = plt.figure(figsize=(14.5, 4.8))
     places = (0.01, 0.03, 0.355, 0.87), (0.38, 0.03, 0.355, 0.87), (0.79, 0.12, 0.2, 0.78)
@@ -69,6 +72,8 @@ def draw(directory):
     margin = 0.03 * (high - low).max() or 1.0
     for axes, state, chi2 in zip(panels, ("before", "after"), ("chi2_before", "chi2")):
         panel(axes, lines[state], on_path, state, float(summary[chi2]))
+        if landmarks:
+            axes.plot(*(view @ np.transpose([position[state][name] for name in landmarks])), ".", color=style.PALETTE[1], markersize=3)
         axes.set_xlim(low[0] - margin, high[0] + margin)
         axes.set_ylim(low[1] - margin, high[1] + margin)
     style.cost_panel(panels[2], trace, summary, "cost ½ Σ ρ(rᵀWr)" if float(summary["huber"]) > 0 else "cost ½ Σ rᵀWr")

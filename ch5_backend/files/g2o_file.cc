@@ -1,6 +1,7 @@
 #include "ch5_backend/files/g2o_file.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -9,18 +10,19 @@
 #include <tuple>
 
 #include "ch5_backend/files/csv_reader.h"
+#include "ch5_backend/files/g2o_tags.h"
 #include "ch5_backend/files/tables/text_writer.h"
 #include "ch5_backend/files/text_reader.h"
 #include "ch5_backend/math/median.h"
 #include "ch5_backend/math/psd.h"
 #include "ch5_backend/types/pose_graph/edge_between.h"
+#include "ch5_backend/types/pose_graph/vertex_se2.h"
 
 namespace ch5 {
 namespace {
 
 constexpr char kVertexSE2[] = "VERTEX_SE2", kVertexSE3[] = "VERTEX_SE3:QUAT";
 constexpr char kEdgeSE2[] = "EDGE_SE2", kEdgeSE3[] = "EDGE_SE3:QUAT", kFix[] = "FIX";
-constexpr char kToroVertex[] = "VERTEX2", kToroEdge[] = "EDGE2";
 
 // A letter, then letters, digits and a little punctuation.
 bool IsTag(std::string_view word) {
@@ -49,37 +51,43 @@ class Reader {
     CountRepeatedEdges();
     // Last, since a file may name a vertex before it defines it.
     for (const Pending& edge : edges_) AddEdge(edge);
-    for (const auto& [line, id] : fixed_) Vertex(id, line, kFix)->SetFixed();
+    for (const auto& [line, id] : fixed_) file_.graph.Vertices()[IndexOf(id, line, kFix)]->SetFixed();
     CheckOrderOfQuaternions();
     return std::move(file_);
   }
 
  private:
+  // Ids of vertices, then of offsets; numbers of the measurement, then of W.
   struct Pending {
-    int line;
-    bool is_3d;
-    int64_t i, j;
+    const G2oEdgeTag* tag;
+    const G2oWord* word;  // null if it is g2o's own
+    std::array<int64_t, 4> ids;
     std::vector<double> numbers;
+    int line;
+    size_t place;  // in file_.lines
   };
 
   void ReadRecord(std::string_view line) {
     const auto words = Words(line);
     if (words.empty()) return;
-    const std::string_view tag = words[0];
-    if (tag == kVertexSE2 || tag == kVertexSE3 || tag == kToroVertex) {
-      ReadVertex(words, tag == kVertexSE3);
-    } else if (tag == kEdgeSE2 || tag == kEdgeSE3 || tag == kToroEdge) {
-      ReadEdge(words, tag == kEdgeSE3);
-    } else {
-      if (tag == kFix) {
-        if (words.size() < 2) text_.Fail("FIX: which vertex?");
-        for (size_t k = 1; k < words.size(); ++k) fixed_.emplace_back(text_.Line(), ToId(words[k]));
-      } else if (tag[0] != '#' && !IsTag(tag)) {
-        text_.Fail("expected a tag such as VERTEX_SE3:QUAT, got " + TextReader::Quote(tag));
+    const G2oWord* word = FindWord(words[0]);
+    const std::string_view tag = word ? word->tag : words[0];
+    if (const G2oVertexTag* vertex = FindVertexTag(tag)) return ReadVertex(words, *vertex, word);
+    if (const G2oEdgeTag* edge = FindEdgeTag(tag)) return ReadEdge(words, *edge, word);
+    const bool is_comment = tag[0] == '#';
+    if (tag == kFix) {
+      ReadFixed(words);
+    } else if (const G2oVertexTag* offset = FindOffsetTag(tag)) {
+      ReadOffset(words, *offset);
+    } else if (!is_comment && !IsTag(tag)) {
+      text_.Fail("expected a tag such as VERTEX_SE3:QUAT, got " + TextReader::Quote(tag));
+    } else if (!is_comment) {
+      if (!options_.leave_out) {
+        text_.Fail(std::string(tag) + ": not known, so what it says would be missing; --leave-out solves the rest");
       }
-      file_.lines.push_back({G2oFile::Kind::kOther, -1, text_.Line(), std::string(line)});
-      if (tag != kFix && tag[0] != '#') file_.unknown.push_back(file_.lines.back());
+      file_.unknown.push_back({G2oFile::Kind::kOther, -1, text_.Line(), std::string(line)});
     }
+    file_.lines.push_back({G2oFile::Kind::kOther, -1, text_.Line(), std::string(line)});
   }
 
   int64_t ToId(std::string_view word) const {
@@ -96,53 +104,74 @@ class Reader {
     return numbers;
   }
 
-  Qd ToQuaternion(const double* xyzw) const {
-    const Qd q(xyzw[3], xyzw[0], xyzw[1], xyzw[2]);
-    if (const std::string why = WhyNotUnit(q); !why.empty()) text_.Fail(why);
-    return q.normalized();
+  // The numbers behind `first` words, in g2o's order, `count` of them.
+  std::vector<double> ToNumbers(const std::vector<std::string_view>& words, size_t first, size_t count,
+                                const G2oWord* word) const {
+    return word ? word->translate(ToNumbers(words, first, word->numbers)) : ToNumbers(words, first, count);
   }
 
-  void ReadVertex(const std::vector<std::string_view>& words, bool is_3d) {
-    const std::vector<double> x = ToNumbers(words, 2, is_3d ? 7 : 3);
+  void CheckQuaternion(const double* xyzw) const {
+    if (const std::string why = WhyNotUnit(Qd(xyzw[3], xyzw[0], xyzw[1], xyzw[2])); !why.empty()) text_.Fail(why);
+  }
+
+  void ReadVertex(const std::vector<std::string_view>& words, const G2oVertexTag& tag, const G2oWord* word) {
+    const std::vector<double> x = ToNumbers(words, 2, tag.numbers, word);
+    if (tag.kind == VertexKind::kSE3) CheckQuaternion(&x[3]);
     const int64_t id = ToId(words[1]);
-    const int index = static_cast<int>(file_.ids.size());
-    const auto [known, is_new] = index_of_.emplace(id, index);
-    if (!is_new) {
+    if (const auto known = index_of_.find(id); known != index_of_.end()) {
       text_.Fail("vertex id " + std::to_string(id) + " is already that of line " +
                  std::to_string(line_of_[known->second]));
     }
-    if (is_3d) {
-      file_.graph.AddVertex(std::make_shared<VertexPose>(ToQuaternion(&x[3]), Vec3(x[0], x[1], x[2])));
-    } else {
-      file_.graph.AddVertex(std::make_shared<VertexSE2>(Vec2(x[0], x[1]), x[2]));
-    }
-    file_.ids.push_back(id);
-    line_of_.push_back(text_.Line());
-    file_.lines.push_back({G2oFile::Kind::kVertex, index, text_.Line(), ""});
+    file_.lines.push_back({G2oFile::Kind::kVertex, AddVertex(tag, id, x.data()), text_.Line(), ""});
   }
 
-  void ReadEdge(const std::vector<std::string_view>& words, bool is_3d) {
-    std::vector<double> numbers = ToNumbers(words, 3, is_3d ? 7 + 21 : 3 + 6);
-    if (is_3d) ToQuaternion(&numbers[3]);
-    if (words[0] == kToroEdge) {  // xx xy yy θθ xθ yθ → xx xy xθ yy yθ θθ
-      const std::vector<double> toro = numbers;
-      for (const auto& [to, from] : {std::pair(5, 7), {6, 5}, {7, 8}, {8, 6}}) numbers[to] = toro[from];
+  int AddVertex(const G2oVertexTag& tag, int64_t id, const double* x) {
+    const int index = file_.graph.AddVertex(tag.make(x));
+    index_of_.emplace(id, index);
+    kind_of_.push_back(tag.kind);
+    line_of_.push_back(text_.Line());
+    file_.ids.push_back(id);
+    return index;
+  }
+
+  void ReadEdge(const std::vector<std::string_view>& words, const G2oEdgeTag& tag, const G2oWord* word) {
+    const size_t ends = tag.ends.size(), ids = ends + tag.offsets;
+    Pending edge{&tag, word, {}, {}, text_.Line(), file_.lines.size()};
+    edge.numbers = ToNumbers(words, 1 + ids, tag.numbers + tag.dim * (tag.dim + 1) / 2, word);
+    for (size_t k = 0; k < ids; ++k) edge.ids[k] = ToId(words[1 + k]);
+    if (tag.dim == 6) CheckQuaternion(&edge.numbers[3]);
+    for (size_t k = 1; k < ends; ++k) {
+      if (edge.ids[k] == edge.ids[0] && !(word && word->has_own_ids)) {
+        text_.Fail(std::string(words[0]) + ": an edge from vertex " + std::to_string(edge.ids[0]) + " to itself");
+      }
     }
-    const int64_t i = ToId(words[1]), j = ToId(words[2]);
-    if (i == j) text_.Fail(std::string(words[0]) + ": an edge from vertex " + std::to_string(i) + " to itself");
     file_.lines.push_back({G2oFile::Kind::kEdge, static_cast<int>(edges_.size()), text_.Line(), ""});
-    edges_.push_back({text_.Line(), is_3d, i, j, std::move(numbers)});
+    edges_.push_back(std::move(edge));
+  }
+
+  void ReadFixed(const std::vector<std::string_view>& words) {
+    if (words.size() < 2) text_.Fail("FIX: which vertex?");
+    for (size_t k = 1; k < words.size(); ++k) fixed_.emplace_back(text_.Line(), ToId(words[k]));
+  }
+
+  void ReadOffset(const std::vector<std::string_view>& words, const G2oVertexTag& tag) {
+    const std::vector<double> x = ToNumbers(words, 2, tag.numbers);
+    if (tag.kind == VertexKind::kSE3) CheckQuaternion(&x[3]);
+    const int64_t id = ToId(words[1]);
+    if (!offsets_.emplace(id, tag.make(x.data())->Parameters()).second) {
+      text_.Fail(std::string(words[0]) + ": there are two with the id " + std::to_string(id));
+    }
   }
 
   void CountRepeatedEdges() {
-    const auto content = [](const Pending* edge) { return std::tie(edge->i, edge->j, edge->numbers, edge->line); };
+    const auto content = [](const Pending* edge) { return std::tie(edge->tag, edge->ids, edge->numbers, edge->line); };
     const auto is_less = [&](const Pending* a, const Pending* b) { return content(a) < content(b); };
     std::vector<const Pending*> edges;
     for (const Pending& edge : edges_) edges.push_back(&edge);
     std::sort(edges.begin(), edges.end(), is_less);
     for (size_t k = 1; k < edges.size(); ++k) {
       const Pending &edge = *edges[k], &other = *edges[k - 1];
-      if (edge.i != other.i || edge.j != other.j || edge.numbers != other.numbers) continue;
+      if (edge.tag != other.tag || edge.ids != other.ids || edge.numbers != other.numbers) continue;
       if (file_.repeated++ == 0 || edge.line < file_.first_repeated) file_.first_repeated = edge.line;
     }
   }
@@ -175,71 +204,135 @@ class Reader {
 
   void AddPosesOfEdges() {
     file_.has_poses = false;
-    std::map<int64_t, bool> is_3d;  // by id, as the first of its edges has it; AddEdge judges the others
+    SeparateIds();
+    std::map<int64_t, VertexKind> kinds;  // by id, as the first of its edges has it; AddEdge judges the others
     for (const Pending& edge : edges_) {
-      is_3d.emplace(edge.i, edge.is_3d);
-      is_3d.emplace(edge.j, edge.is_3d);
+      for (size_t k = 0; k < edge.tag->ends.size(); ++k) kinds.emplace(edge.ids[k], edge.tag->ends[k]);
     }
     std::vector<G2oFile::Line> lines;
-    for (const auto& [id, spatial] : is_3d) {
-      const int index = static_cast<int>(file_.ids.size());
-      index_of_.emplace(id, index);
-      if (spatial) {
-        file_.graph.AddVertex(std::make_shared<VertexPose>());
-      } else {
-        file_.graph.AddVertex(std::make_shared<VertexSE2>());
-      }
-      file_.ids.push_back(id);
-      lines.push_back({G2oFile::Kind::kVertex, index, 0, ""});
-    }
+    for (const auto& [id, kind] : kinds)
+      lines.push_back({G2oFile::Kind::kVertex, AddVertex(TagOf(kind), id, nullptr), 0, ""});
     file_.lines.insert(file_.lines.begin(), lines.begin(), lines.end());
+    for (Pending& edge : edges_) edge.place += lines.size();
   }
 
-  std::shared_ptr<ch5::Vertex> Vertex(int64_t id, int line, const char* tag) const {
-    const auto known = index_of_.find(id);
-    if (known == index_of_.end()) {
-      text_.FailAt(line, std::string(tag) + ": there is no pose with the id " + std::to_string(id));
+  // Where landmarks are counted apart, as iSAM does, theirs follow on the poses' if both use a number.
+  void SeparateIds() {
+    std::set<int64_t> poses;
+    for (const Pending& edge : edges_) poses.insert(edge.ids[0]);
+    const auto last_id = [](Pending* edge) -> int64_t* {
+      return edge->word && edge->word->has_own_ids ? &edge->ids[edge->tag->ends.size() - 1] : nullptr;
+    };
+    const bool shared = std::any_of(edges_.begin(), edges_.end(), [&](Pending& edge) {
+      const int64_t* id = last_id(&edge);
+      return id && poses.count(*id) > 0;
+    });
+    for (Pending& edge : edges_) {
+      int64_t* id = shared ? last_id(&edge) : nullptr;
+      if (id && *id > std::numeric_limits<int64_t>::max() - *poses.rbegin() - 1)
+        text_.FailAt(edge.line, std::string(edge.word->name) + ": vertex id too large, got " + std::to_string(*id));
+      if (id) *id += *poses.rbegin() + 1;
     }
-    return file_.graph.Vertices()[known->second];
   }
 
-  template <typename T>
-  std::shared_ptr<T> VertexOfType(int64_t id, int line, const char* tag) const {
-    auto vertex = std::dynamic_pointer_cast<T>(Vertex(id, line, tag));
-    if (!vertex) text_.FailAt(line, std::string(tag) + ": vertex " + std::to_string(id) + " is of another type");
-    return vertex;
+  int IndexOf(int64_t id, int line, const std::string& tag) const {
+    const auto known = index_of_.find(id);
+    if (known == index_of_.end()) text_.FailAt(line, tag + ": there is no vertex with the id " + std::to_string(id));
+    return known->second;
+  }
+
+  // The edge's vertices, a prior's world first.
+  std::vector<std::shared_ptr<Vertex>> VerticesOf(const Pending& edge) {
+    std::vector<std::shared_ptr<Vertex>> vertices;
+    for (const VertexKind kind : edge.tag->world) vertices.push_back(World(kind));
+    for (size_t k = 0; k < edge.tag->ends.size(); ++k) {
+      const int index = IndexOf(edge.ids[k], edge.line, edge.tag->name);
+      if (kind_of_[index] != edge.tag->ends[k]) {
+        text_.FailAt(edge.line,
+                     std::string(edge.tag->name) + ": vertex " + std::to_string(edge.ids[k]) + " is of another type");
+      }
+      vertices.push_back(file_.graph.Vertices()[index]);
+    }
+    return vertices;
+  }
+
+  std::vector<VecX> OffsetsOf(const Pending& edge) const {
+    std::vector<VecX> offsets;
+    for (int k = 0; k < edge.tag->offsets; ++k) {
+      const int64_t id = edge.ids[edge.tag->ends.size() + k];
+      const auto known = offsets_.find(id);
+      const auto size = edge.tag->ends[0] == VertexKind::kSE2 ? 3 : 7;
+      if (known == offsets_.end() || known->second.size() != size) {
+        text_.FailAt(edge.line, std::string(edge.tag->name) + ": there is no " +
+                                    (size == 3 ? "PARAMS_SE2OFFSET" : "PARAMS_SE3OFFSET") + " with the id " +
+                                    std::to_string(id));
+      }
+      offsets.push_back(known->second);
+    }
+    return offsets;
+  }
+
+  std::shared_ptr<Vertex> World(VertexKind kind) {
+    std::shared_ptr<Vertex>& world = world_[kind];
+    if (world) return world;
+    world = TagOf(kind).make(nullptr);
+    world->SetFixed();
+    file_.graph.AddVertex(world);
+    file_.world.push_back(world);
+    return world;
+  }
+
+  // As the file's own word has it.
+  MatXX InformationOf(const Pending& edge) {
+    const MatXX W = FromUpperHalf(&edge.numbers[edge.tag->numbers], edge.tag->dim);
+    if (!edge.word || !edge.word->is_root_or_covariance) return W;
+    if (ListsHold() == G2oFile::Lists::kRoots) return FromRoot(W, edge.tag->dim == 3 ? edge.numbers[2] : 0.0);
+    try {
+      return InverseOfCovariance(W, edge.word->name);
+    } catch (const std::invalid_argument& error) {
+      text_.FailAt(edge.line, error.what());
+    }
+  }
+
+  // Deviations of a meter and more on every axis of every edge are less likely than covariances below 1.
+  G2oFile::Lists ListsHold() {
+    if (file_.lists) return *file_.lists;
+    const auto has_large = [](const Pending& edge) {
+      return edge.word && edge.word->is_root_or_covariance &&
+             FromUpperHalf(&edge.numbers[edge.tag->numbers], edge.tag->dim).diagonal().maxCoeff() >= 1.0;
+    };
+    const bool is_root = std::any_of(edges_.begin(), edges_.end(), has_large);
+    file_.lists = is_root ? G2oFile::Lists::kRoots : G2oFile::Lists::kCovariances;
+    return *file_.lists;
   }
 
   void AddEdge(const Pending& edge) {
-    const double* z = edge.numbers.data();
-    std::shared_ptr<Edge> made;
-    if (edge.is_3d) {
-      made = std::make_shared<EdgeSE3Between>(VertexOfType<VertexPose>(edge.i, edge.line, kEdgeSE3),
-                                              VertexOfType<VertexPose>(edge.j, edge.line, kEdgeSE3),
-                                              Qd(z[6], z[3], z[4], z[5]), Vec3(z[0], z[1], z[2]));
-    } else {
-      made = std::make_shared<EdgeSE2Between>(VertexOfType<VertexSE2>(edge.i, edge.line, kEdgeSE2),
-                                              VertexOfType<VertexSE2>(edge.j, edge.line, kEdgeSE2), Vec2(z[0], z[1]),
-                                              z[2]);
-    }
-    const int dim = made->ResidualDimension();
-    const double* w = z + (edge.is_3d ? 7 : 3);
-    MatXX W(dim, dim);
-    for (int i = 0; i < dim; ++i) {
-      for (int j = i; j < dim; ++j) W(i, j) = W(j, i) = *w++;
-    }
+    const std::shared_ptr<Edge> made = edge.tag->make(VerticesOf(edge), OffsetsOf(edge), edge.numbers.data());
+    MatXX W = InformationOf(edge);
     const std::string fault = WhyNotPositiveSemiDefinite(W);
     if (!fault.empty()) {
       if (!options_.project_information) {
         text_.FailAt(edge.line,
-                     made->TypeInfo() + ": the information matrix " + fault +
+                     std::string(edge.tag->name) + ": the information matrix " + fault +
                          " (g2o gives its upper half row by row); --project-information takes the nearest one that is");
       }
       W = ProjectToPsd(W);
       ++file_.projected;
     }
     made->SetInformation(W);
-    file_.graph.AddEdge(std::move(made));
+    file_.graph.AddEdge(made);
+    if (edge.tag->name != std::string_view(kEdgeSE2) && edge.tag->name != std::string_view(kEdgeSE3))
+      file_.lines[edge.place].text = RecordOf(edge, W);
+  }
+
+  // What is measured does not change, so this is written again.
+  static std::string RecordOf(const Pending& edge, const MatXX& W) {
+    std::string record = std::string(edge.tag->name) + ' ';
+    for (size_t k = 0; k < edge.tag->ends.size() + edge.tag->offsets; ++k) AppendNumber(edge.ids[k], ' ', &record);
+    for (int k = 0; k < edge.tag->numbers; ++k) AppendNumber(edge.numbers[k], ' ', &record);
+    for (const double w : UpperHalf(W)) AppendNumber(w, ' ', &record);
+    record.back() = '\n';
+    return record;
   }
 
   std::string path_;
@@ -247,7 +340,10 @@ class Reader {
   TextReader text_;
   G2oFile file_;
   std::map<int64_t, int> index_of_;  // by id
+  std::vector<VertexKind> kind_of_;  // by index
   std::vector<int> line_of_;         // by index
+  std::map<int64_t, VecX> offsets_;  // by id
+  std::map<VertexKind, std::shared_ptr<Vertex>> world_;
   std::vector<Pending> edges_;
   std::vector<std::pair<int, int64_t>> fixed_;  // line and id
 };
@@ -267,6 +363,7 @@ class Writer {
     std::set<int64_t> taken(file.ids.begin(), file.ids.end());
     int64_t free = 0;
     for (const auto& vertex : file.graph.Vertices()) {
+      if (std::find(file.world.begin(), file.world.end(), vertex) != file.world.end()) continue;
       while (IsNew(*vertex) && !taken.insert(free).second) ++free;
       const int64_t name = IsNew(*vertex) ? free : file.ids[vertex->Id()];
       names_.emplace(vertex->Id(), name);
@@ -280,12 +377,12 @@ class Writer {
     for (const G2oFile::Line& line : file_.lines) {
       switch (line.kind) {
         case G2oFile::Kind::kVertex: AppendVertex(vertices_.extract(line.index)); break;
-        case G2oFile::Kind::kEdge: AppendEdge(edges_.extract(line.index)); break;
+        case G2oFile::Kind::kEdge: AppendEdge(edges_.extract(line.index), line.text); break;
         case G2oFile::Kind::kOther: AppendOther(line.text); break;
       }
     }
     while (!vertices_.empty()) AppendVertex(vertices_.extract(vertices_.begin()));
-    while (!edges_.empty()) AppendEdge(edges_.extract(edges_.begin()));
+    while (!edges_.empty()) AppendEdge(edges_.extract(edges_.begin()), "");
     return std::move(text_);
   }
 
@@ -298,10 +395,8 @@ class Writer {
   // Nothing, if it has been removed; the same below.
   void AppendVertex(const ById<Vertex>::node_type& vertex) {
     if (vertex.empty()) return;
-    const auto* pose = vertex.mapped();
-    const bool is_3d = dynamic_cast<const VertexPose*>(pose);
-    if (!is_3d && !dynamic_cast<const VertexSE2*>(pose)) HasNoRecord(pose->TypeInfo(), pose->Id());
-    Begin(is_3d ? kVertexSE3 : kVertexSE2);
+    const Vertex* pose = vertex.mapped();
+    Begin(TagOf(*pose));
     AppendNumber(names_.at(pose->Id()), ' ', &text_);
     AppendNumbers(pose->Parameters(), &text_);
     text_.back() = '\n';
@@ -310,8 +405,21 @@ class Writer {
     AppendNumber(names_.at(pose->Id()), '\n', &text_);
   }
 
-  void AppendEdge(const ById<Edge>::node_type& edge) {
+  static const char* TagOf(const Vertex& vertex) {
+    if (dynamic_cast<const VertexSE2*>(&vertex)) return kVertexSE2;
+    if (dynamic_cast<const VertexPose*>(&vertex)) return kVertexSE3;
+    if (dynamic_cast<const VertexPointXY*>(&vertex)) return "VERTEX_XY";
+    if (dynamic_cast<const VertexPointXYZ*>(&vertex)) return "VERTEX_TRACKXYZ";
+    HasNoRecord(vertex.TypeInfo(), vertex.Id());
+  }
+
+  // @param record  as it was read; empty for the two types whose record is made here
+  void AppendEdge(const ById<Edge>::node_type& edge, const std::string& record) {
     if (edge.empty()) return;
+    if (!record.empty()) {
+      text_ += record;
+      return;
+    }
     const auto* between = dynamic_cast<const EdgeSE3Between*>(edge.mapped());
     const auto* planar = dynamic_cast<const EdgeSE2Between*>(edge.mapped());
     if (!between && !planar) HasNoRecord(edge.mapped()->TypeInfo(), edge.key());

@@ -1,16 +1,18 @@
 #pragma once
-/// Pose graphs in g2o's text format, one record a line:
+/// Pose graphs in g2o's text format, one record a line: slam2d's and slam3d's poses, landmarks, priors and offsets.
 ///
 ///   VERTEX_SE2 id  x y θ                       EDGE_SE2 i j  x y θ  and 6 numbers of W
 ///   VERTEX_SE3:QUAT id  x y z qx qy qz qw      EDGE_SE3:QUAT i j  x y z qx qy qz qw  and 21 numbers of W
+///   VERTEX_XY, VERTEX_TRACKXYZ id  point       EDGE_SE2_XY i l  z, W     EDGE_SE3_TRACKXYZ i l offset  z, W
+///   PARAMS_SE3OFFSET id  pose of a sensor      EDGE_PRIOR_SE2 i  z, W    EDGE_SE3_PRIOR i offset  z, W
 ///   FIX id …                                   # a comment
 ///
-/// VERTEX2 and EDGE2 of TORO are read, and written as SE2; the 6 numbers of EDGE2 are xx xy yy θθ xθ yθ.
-/// W is symmetric; its upper half is given row by row, translation before rotation. The residual that it weighs is in
-/// types/pose_graph/edge_between.h. Records with other tags are kept as they are, and reported. A file of edges alone has the
-/// poses that these name.
+/// The other tags are in g2o_tags.cc. W is symmetric; its upper half is given row by row, translation before rotation. The
+/// residuals that it weighs are in types/pose_graph. Records of TORO (VERTEX2, EDGE2, VERTEX3, EDGE3) and iSAM (ODOMETRY,
+/// LANDMARK) are read, and written as g2o's. A file of edges alone has the vertices that these name.
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,29 +29,36 @@ struct G2oFile {
     Kind kind;
     int index;         ///< id of the vertex or edge in the graph
     int number;        ///< in the file, from 1
-    std::string text;  ///< kOther: the line itself, such as FIX, a comment or an unknown tag
+    std::string text;  ///< kOther: the line itself, such as FIX; kEdge: its record, but of the two types that have none
   };
 
+  /// What the six or three last numbers of iSAM's lists are.
+  enum class Lists { kRoots, kCovariances };
+
   Graph graph;
+  std::vector<std::shared_ptr<Vertex>> world;  ///< where priors begin: fixed, at the origin; in the graph, in no line
   std::vector<int64_t> ids;  ///< the file's name of each vertex, by its id in the graph; GTSAM's take 63 bits
   std::vector<Line> lines;
-  std::vector<Line> unknown;  ///< those of `lines` that were not understood
-  bool has_poses = true;      ///< false if the file holds edges only: all poses are then at the origin, in order of id
-  int projected = 0;          ///< edges whose W was replaced, see G2oOptions
-  int repeated = 0;           ///< edges that occur twice, with the same numbers: they count twice
-  int first_repeated = 0;     ///< the line of the first of them
+  std::vector<Line> unknown;   ///< those of `lines` that were left out: not known
+  bool has_poses = true;       ///< false if the file holds edges only: all poses are then at the origin, in order of id
+  int projected = 0;           ///< edges whose W was replaced, see G2oOptions
+  int repeated = 0;            ///< edges that occur twice, with the same numbers: they count twice
+  int first_repeated = 0;      ///< the line of the first of them
+  std::optional<Lists> lists;  ///< if there are any
 };
 
 struct G2oOptions {
   /// A W that is not positive semi-definite is replaced by the nearest one that is (ProjectToPsd), and not refused.
   bool project_information = false;
+  /// Lines whose tag is not known are left out, and not refused.
+  bool leave_out = false;
 };
 
 /// Reads a pose graph. Quaternions within 1e-3 of unit length are normalized.
 /// @throws FileError naming file, line and value: a number that is missing, superfluous, not finite or not a number;
-///         an id that is repeated or unknown; an edge from a vertex to itself or to one of another type; W not
-///         positive semi-definite; a quaternion far from unit length, or all with the scalar first; a line that does not
-///         begin with a tag; nothing to make a pose of
+///         an id that is repeated or unknown; a tag that is not known; an edge from a vertex to itself or to one
+///         of another type; W not positive semi-definite; a quaternion far from unit length, or all with the scalar first;
+///         a line that does not begin with a tag; nothing to make a pose of
 G2oFile ReadG2o(const std::string& path, const G2oOptions& options = {});
 
 /// The file with the present states, its lines in the order in which they were read; poses that it did not have go first.

@@ -57,7 +57,9 @@ void PlacePositions(const std::vector<Edge*>& edges, const std::vector<bool>& is
 std::vector<Edge*> EdgesOfSize(int size, const Graph& graph) {
   std::vector<Edge*> edges;
   for (const auto& edge : graph.Edges()) {
-    if (MeasurementOf(*edge) && edge->ResidualDimension() == size) edges.push_back(edge.get());
+    const bool in_space = MeasurementOf(*edge) && edge->ResidualDimension() == 6;
+    const bool in_plane = dynamic_cast<const EdgeSE2Between*>(edge.get());
+    if (size == 6 ? in_space : in_plane) edges.push_back(edge.get());
   }
   return edges;
 }

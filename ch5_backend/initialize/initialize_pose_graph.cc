@@ -5,6 +5,8 @@
 #include <limits>
 
 #include "ch5_backend/initialize/chordal.h"
+#include "ch5_backend/initialize/incremental.h"
+#include "ch5_backend/initialize/landmark_places.h"
 #include "ch5_backend/initialize/spanning_tree.h"
 
 namespace ch5 {
@@ -13,10 +15,12 @@ void InitializePoseGraph(PoseGraphStart start, Graph* graph, int threads) {
   if (!graph) throw GraphError("InitializePoseGraph: the graph is null");
   switch (start) {
     case PoseGraphStart::kGiven: return;
-    case PoseGraphStart::kOdometry: return PlaceAlongTree(TreeOrder::kOdometryFirst, graph);
-    case PoseGraphStart::kSpanningTree: return PlaceAlongTree(TreeOrder::kBreadthFirst, graph);
-    case PoseGraphStart::kChordal: return PlaceByChordalRelaxation(graph, threads);
+    case PoseGraphStart::kOdometry: PlaceAlongTree(TreeOrder::kOdometryFirst, graph); break;
+    case PoseGraphStart::kSpanningTree: PlaceAlongTree(TreeOrder::kBreadthFirst, graph); break;
+    case PoseGraphStart::kChordal: PlaceByChordalRelaxation(graph, threads); break;
+    case PoseGraphStart::kIncremental: PlaceIncrementally(graph, threads); break;
   }
+  if (start != PoseGraphStart::kIncremental) PlaceLandmarks(graph);
 }
 
 std::vector<double> InitializeAtLeastCost(const std::vector<PoseGraphStart>& starts, Graph* graph, int threads) {

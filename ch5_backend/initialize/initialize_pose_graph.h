@@ -13,7 +13,8 @@ enum class PoseGraphStart {
   kGiven,         ///< the poses as they are
   kOdometry,      ///< along the path: spanning_tree.h
   kSpanningTree,  ///< along the tree with the fewest edges from the fixed pose: spanning_tree.h
-  kChordal        ///< chordal relaxation: chordal.h; in the plane LAGO: planar.h
+  kChordal,       ///< chordal relaxation: chordal.h; in the plane LAGO: planar.h
+  kIncremental    ///< pose after pose, with solutions in between: incremental.h
 };
 
 /// The starts by name, in the order above.
@@ -22,9 +23,10 @@ inline constexpr std::pair<const char*, PoseGraphStart> kPoseGraphStartNames[] =
     {"odometry", PoseGraphStart::kOdometry},
     {"spanning-tree", PoseGraphStart::kSpanningTree},
     {"chordal", PoseGraphStart::kChordal},
+    {"incremental", PoseGraphStart::kIncremental},
 };
 
-/// Moves every free pose that has an edge; edges of other types than EdgeSE3Between and EdgeSE2Between are not looked at.
+/// Moves every free pose that a measured transform leads to, and then the free landmarks to where the poses see them.
 /// @throws GraphError if the graph is null
 void InitializePoseGraph(PoseGraphStart start, Graph* graph, int threads = 1);
 

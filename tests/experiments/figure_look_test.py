@@ -161,7 +161,7 @@ class Look(unittest.TestCase):
             "points": ["x_before,y_before,z_before,x_after,y_after,z_after", "0,0,5,0,0,4", "1,2,5,1,2,4", "2,0,5,2,1,4", "9,9,99,9,9,99"],
             "cameras": ["state,x,y,z,right_x,right_y,right_z,up_x,up_y,up_z,d_x,d_y,d_z",
                         *(f"{state},{x},0,0,1,0,0,0,1,0,0,0,1" for state in ("before", "after") for x in (0, 1))],
-            "poses": ["state,id,x,y,z", *(f"{state},{k},{k},{k * k},0" for state in ("before", "after") for k in range(4))],
+            "poses": ["state,kind,id,x,y,z", *(f"{state},pose,{k},{k},{k * k},0" for state in ("before", "after") for k in range(4))],
             "edges": ["i,j", "0,1", "1,2", "2,3", "0,3"],
             "frames": ["state,frame,x_m,y_m,z_m",
                        *(f"{state},{k},{k},{0.1 * k * n},0" for n, state in enumerate(("truth", "before", "after")) for k in range(4))],

@@ -152,7 +152,7 @@ TEST_F(G2o, EdgesAloneMakeTheirPoses) {
   EXPECT_TRUE(Read(FormatG2o(file)).has_poses);
   ExpectError("EDGE_SE2 0 1 1 0 0 1 0 0 1 0 1\nEDGE_SE3:QUAT 1 2 1 0 0 0 0 0 1 " + std::string(kUnitW), 2,
               "vertex 1 is of another type");
-  ExpectError("EDGE_SE2 0 1 1 0 0 1 0 0 1 0 1\nFIX 2\n", 2, "no pose with the id 2");
+  ExpectError("EDGE_SE2 0 1 1 0 0 1 0 0 1 0 1\nFIX 2\n", 2, "no vertex with the id 2");
 }
 
 // W = [1 2; 2 1] has the eigenvalues 3 and −1, so that the nearest one is 3 v vᵀ with v = (1, 1)/√2.
@@ -172,16 +172,91 @@ TEST_F(G2o, InformationThatIsNoneIsRefusedOrProjected) {
   EXPECT_EQ(MatXX(file.graph.Edges()[1]->Information()), MatXX::Identity(3, 3));
 }
 
-TEST_F(G2o, WritesWhatItReadUnknownLinesIncluded) {
-  const std::string text = std::string("PARAMS_SE3OFFSET 0 0 0 0 0 0 0 1\n") + kTwoPoses + "FIX 3\n# half-way\n" +
-                           "VERTEX_TRACKXYZ 9 1 2 3\nEDGE_SE3:QUAT 3 7 1 0 0 0 0 0 1 " + kUnitW +
-                           "\nVERTEX_SE2 1 0.1 5 0.25\n";
-  const G2oFile file = Read(text);
-  EXPECT_EQ(FormatG2o(file), text);
-  ASSERT_EQ(file.unknown.size(), 2u);
-  EXPECT_EQ(file.unknown[0].number, 1);
-  EXPECT_EQ(file.unknown[1].number, 6);
-  EXPECT_EQ(file.unknown[1].text, "VERTEX_TRACKXYZ 9 1 2 3");
+TEST_F(G2o, UnknownTagsAreRefusedOrLeftOut) {
+  const std::string text = std::string(kTwoPoses) + "FIX 3\n# half-way\nEDGE_SE2_SWITCHABLE 3 7 1\n" +
+                           "EDGE_SE3:QUAT 3 7 1 0 0 0 0 0 1 " + kUnitW + "\nVERTEX_SE2 1 0.1 5 0.25\n";
+  ExpectError(text, 5, "EDGE_SE2_SWITCHABLE: not known, so what it says would be missing; --leave-out");
+  const G2oFile file = ReadG2o(path_, {false, true});
+  EXPECT_EQ(FormatG2o(file), text) << "it is written again, where it stood";
+  ASSERT_EQ(file.unknown.size(), 1u);
+  EXPECT_EQ(file.unknown[0].number, 5);
+  EXPECT_EQ(file.unknown[0].text, "EDGE_SE2_SWITCHABLE 3 7 1");
+}
+
+// A robot at (1, 2) that looks along y, and another 2 m ahead of it; what they and their sensors see is exact.
+constexpr char kInPlane[] =
+    "PARAMS_SE2OFFSET 4 1 0 0.5\nVERTEX_SE2 0 1 2 1.5707963267948966\nVERTEX_SE2 1 1 4 1.5707963267948966\n"
+    "VERTEX_XY 7 -2 7\nVERTEX_XY 8 1 9\nVERTEX_SE2 9 1 0 0.5\nFIX 8\n"
+    "EDGE_SE2_OFFSET 0 1 4 4 1.7551651237807455 -0.958851077208406 0 1 0 0 1 0 1\n"
+    "EDGE_SE2_XY 0 7 5 3 1 0 1\n"
+    "EDGE_SE2_POINTXY_OFFSET 0 7 4 4.9486068633741 0.7150455312543063 1 0 1\n"
+    "EDGE_SE2_XY_CALIB 0 7 9 4.9486068633741 0.7150455312543063 1 0 1\n"
+    "EDGE_BEARING_SE2_XY 0 7 0.5404195002705842 1\n"
+    "EDGE_POINTXY 7 8 3 2 1 0 1\n"
+    "EDGE_PRIOR_SE2 0 1 2 1.5707963267948966 1 0 0 1 0 1\n"
+    "EDGE_PRIOR_SE2_XY 1 1 4 1 0 1\nEDGE_PRIOR_XY 7 -2 7 1 0 1\n";
+// A camera turned by 90° about z at (1, 2, 3), so that its x is the world's y.
+constexpr char kInSpace[] =
+    "PARAMS_SE3OFFSET 0 1 0 0 0 0 0 1\n"
+    "VERTEX_SE3:QUAT 0 1 2 3 0 0 0.7071067811865476 0.7071067811865476\nVERTEX_SE3:QUAT 1 1 4 3 0 0 0 1\n"
+    "VERTEX_TRACKXYZ 7 1 7 5\nVERTEX_TRACKXYZ 8 1 7 6\n"
+    "EDGE_SE3_OFFSET 0 1 0 0 1 -1 0 0 0 -0.7071067811865476 0.7071067811865476 $\n"
+    "EDGE_SE3_TRACKXYZ 0 7 0 4 0 2 1 0 0 1 0 1\nEDGE_POINTXYZ 7 8 0 0 1 1 0 0 1 0 1\n"
+    "EDGE_SE3_PRIOR 1 0 2 4 3 0 0 0 1 $\nEDGE_SE3_XYZ_PRIOR 1 0 1 4 3 1 0 0 1 0 1\n"
+    "EDGE_POINTXYZ_PRIOR 7 1 7 5 1 0 0 1 0 1\n";
+
+TEST_F(G2o, AllTagsAreReadAndWritten) {
+  std::string in_space = kInSpace;
+  for (size_t at; (at = in_space.find('$')) != std::string::npos;) in_space.replace(at, 1, kUnitW);
+  for (const std::string& text : {std::string(kInPlane), in_space}) {
+    const G2oFile file = Read(text);
+    EXPECT_EQ(FormatG2o(file), text);
+    EXPECT_EQ(FormatG2o(Read(FormatG2o(file))), text);
+    for (const auto& edge : file.graph.Edges()) {
+      edge->ComputeResidual();
+      EXPECT_LT(edge->Residual().norm(), 1e-12) << edge->Name() << ": " << edge->Residual().transpose();
+    }
+  }
+  const G2oFile file = Read(kInPlane);
+  EXPECT_TRUE(file.graph.Vertices()[3]->IsFixed()) << "a landmark can be fixed";
+  ExpectError(std::string(kInPlane) + "EDGE_SE2_POINTXY_OFFSET 0 7 5 1 1 1 0 1\n", 17,
+              "no PARAMS_SE2OFFSET with the id 5");
+  ExpectError(std::string(kInPlane) + "EDGE_SE2_XY 0 1 5 3 1 0 1\n", 17, "EDGE_SE2_XY: vertex 1 is of another type");
+  ExpectError(std::string(kInPlane) + "PARAMS_SE2OFFSET 4 1 0 0.5\n", 17, "two with the id 4");
+}
+
+// R_z(yaw) R_y(pitch) R_x(roll), and W in radians where ours is in halves: 4 times as much, and twice beside meters.
+TEST_F(G2o, TorosFilesInSpaceAreRead) {
+  const double h = M_PI / 2;
+  std::ostringstream text;
+  text.precision(17);
+  text << "VERTEX3 0 0 0 0 0 0 0\nVERTEX3 1 1 2 3 " << h << " 0 " << h << "\nEDGE3 0 1 1 2 3 " << h << " 0 " << h
+       << " 10 0 0 1 0 0 11 0 0 0 0 12 0 0 0 13 0 0 14 0 15\n";
+  const G2oFile file = Read(text.str());
+  const auto& edge = dynamic_cast<const EdgeSE3Between&>(*file.graph.Edges()[0]);
+  // x stays, turned about z: y; y turned about x: z.
+  EXPECT_LT((edge.q_z() * Vec3::UnitX() - Vec3::UnitY()).norm(), 1e-15);
+  EXPECT_LT((edge.q_z() * Vec3::UnitY() - Vec3::UnitZ()).norm(), 1e-15);
+  EXPECT_LT(edge.q_z().angularDistance(edge.GetVertex<1>().q()), 1e-7);
+  EXPECT_EQ(edge.W()(0, 0), 10);
+  EXPECT_EQ(edge.W()(0, 3), 2);
+  EXPECT_EQ(Vec3(edge.W().diagonal().tail<3>()), Vec3(52, 56, 60));
+}
+
+// iSAM's numbers are roots of W, along the first pose's axes; GTSAM's covariances. Landmarks are counted apart.
+TEST_F(G2o, ListsOfIsamAreRead) {
+  const G2oFile roots = Read("ODOMETRY 0 1 1 0 1.5707963267948966 2 0 0 3 0 5\nLANDMARK 1 1 4 0 7 0 8\n");
+  EXPECT_FALSE(roots.has_poses);
+  EXPECT_EQ(roots.lists, G2oFile::Lists::kRoots);
+  EXPECT_EQ(roots.ids, (std::vector<int64_t>{0, 1, 3})) << "landmark 1 is not pose 1";
+  EXPECT_LT((roots.graph.Edges()[0]->Information().diagonal() - Vec3(9, 4, 25)).norm(), 1e-12)
+      << "turned by 90 degrees";
+  EXPECT_LT((roots.graph.Edges()[1]->Information().diagonal() - Vec2(49, 64)).norm(), 1e-12);
+  const G2oFile covariances = Read("ODOMETRY 0 1 1 0 1.5 0.5 0 0 0.25 0 0.125\nLANDMARK 1 5 4 0 0.1 0 0.1\n");
+  EXPECT_EQ(covariances.lists, G2oFile::Lists::kCovariances);
+  EXPECT_EQ(covariances.ids, (std::vector<int64_t>{0, 1, 5}));
+  EXPECT_LT((covariances.graph.Edges()[0]->Information().diagonal() - Vec3(2, 4, 8)).norm(), 1e-12);
+  ExpectError("ODOMETRY 0 1 1 0 1.5 0.5 0 0 0 0 0.125\n", 1, "ODOMETRY: the covariance is singular");
 }
 
 TEST_F(G2o, WritesTheGraphAsItHasBecome) {
@@ -199,7 +274,7 @@ TEST_F(G2o, WritesTheGraphAsItHasBecome) {
             "VERTEX_SE2 2 2 3 0.5\nFIX 2\nEDGE_SE2 5 2 4 0 0.25 1 0 0 1 0 1\n");
   EXPECT_EQ(FormatG2o(Read(FormatG2o(file))), FormatG2o(file));
 
-  file.graph.AddVertex(std::make_shared<VertexPointXYZ>(Vec3::Zero()));
+  file.graph.AddVertex(std::make_shared<VertexScalar>(VertexScalar::Estimate(0.0)));
   EXPECT_THROW(FormatG2o(file), std::invalid_argument) << "the format has no record for it";
   G2oFile own;
   own.graph.AddVertex(std::make_shared<VertexPose>());
@@ -227,13 +302,13 @@ TEST_F(G2o, ErrorsNameLineAndValue) {
   ExpectError("VERTEX_SE2 99999999999999999999 1 2 3\n", 1, "\"99999999999999999999\"");
   ExpectError(two + "\nVERTEX_SE3:QUAT 7 0 0 0 0 0 0 1\n", 4, "vertex id 7 is already that of line 2");
   ExpectError(two + edge + "1 0 0\n", 3, "has 30 numbers, got 12");
-  ExpectError(two + "EDGE_SE3:QUAT 3 8 1 0 0 0 0 0 1 " + kUnitW, 3, "no pose with the id 8");
+  ExpectError(two + "EDGE_SE3:QUAT 3 8 1 0 0 0 0 0 1 " + kUnitW, 3, "no vertex with the id 8");
   ExpectError(two + "EDGE_SE3:QUAT 3 3 1 0 0 0 0 0 1 " + kUnitW, 3, "vertex 3 to itself");
   ExpectError(two + "EDGE_SE2 3 7 1 0 0 1 0 0 1 0 1\n", 3, "another type");
   ExpectError(two + edge + "-1 0 0 0 0 0 1 0 0 0 0 1 0 0 0 1 0 0 1 0 1", 3, "not positive semi-definite");
   ExpectError(two + edge + "1 2 0 0 0 0 1 0 0 0 0 1 0 0 0 1 0 0 1 0 1", 3, "not positive semi-definite");
   ExpectError(two + "FIX\n", 3, "which vertex");
-  ExpectError(two + "FIX 3 4\n", 3, "no pose with the id 4");
+  ExpectError(two + "FIX 3 4\n", 3, "no vertex with the id 4");
 }
 
 TEST_F(G2o, OtherFilesAreRefused) {
@@ -246,10 +321,11 @@ TEST_F(G2o, OtherFilesAreRefused) {
   EXPECT_THROW(Read(""), FileError);
   EXPECT_THROW(Read("# nothing\n\n"), FileError);
   try {
-    Read("VERTEX3 0 1 2 3 0 0 0\n");
-    ADD_FAILURE() << "a pose in space of TORO";
+    std::ofstream(path_, std::ios::binary) << "VERTEX_CAM 0 1 2 3 0 0 0\n";
+    ReadG2o(path_, {false, true});
+    ADD_FAILURE() << "a tag that is not known, and nothing else";
   } catch (const FileError& error) {
-    EXPECT_NE(std::string(error.what()).find("VERTEX_SE2, not with VERTEX3"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("VERTEX_SE2, not with VERTEX_CAM"), std::string::npos) << error.what();
   }
   EXPECT_THROW(ReadG2o("/nowhere/graph.g2o"), FileError);
 }

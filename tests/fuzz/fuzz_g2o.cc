@@ -9,7 +9,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   file.Set(fuzz::Text(data, size));
   G2oFile graph;
   try {
-    graph = ReadG2o(file.Path());
+    graph = ReadG2o(file.Path(), {false, true});
   } catch (const FileError&) {
     return 0;
   }
@@ -18,7 +18,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     fuzz::Require(edge->Residual().allFinite(), "the residuals of what was read are finite");
   }
   file.Set(FormatG2o(graph));
-  const G2oFile again = ReadG2o(file.Path());
+  const G2oFile again = ReadG2o(file.Path(), {false, true});
   fuzz::Require(again.ids == graph.ids, "a written graph has the same poses");
   fuzz::Require(again.graph.Edges().size() == graph.graph.Edges().size(), "a written graph has the same edges");
   fuzz::Require(again.unknown.size() == graph.unknown.size(), "a written graph keeps what is not understood");

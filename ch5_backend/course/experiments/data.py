@@ -54,7 +54,7 @@ def _kind_of_head(path: str, head: bytes) -> str:
     lines = [(i, text) for i, text in enumerate(head.splitlines(), 1) if text.strip()]
     number, line = next(((i, text) for i, text in lines if not text.lstrip().startswith(b"#")), lines[0])
     words = line.decode("utf-8", "replace").split()
-    if words[0].startswith(("VERTEX", "EDGE", "PARAMS_")) or words[0] == "FIX":  # TORO's are VERTEX2 and EDGE2
+    if words[0].startswith(("VERTEX", "EDGE", "PARAMS_")) or words[0] in ("FIX", "ODOMETRY", "LANDMARK"):  # TORO's and iSAM's too
         return "pose_graph"
     if words[0] == "VIOWIN":
         if words != ["VIOWIN", "1"]:

@@ -7,7 +7,7 @@
 #include <numeric>
 #include <stdexcept>
 
-#include "ch5_backend/initialize/spanning_tree.h"
+#include "ch5_backend/types/pose_graph/as_transform.h"
 
 namespace ch5 {
 namespace {
@@ -25,7 +25,8 @@ double Sum(const std::vector<double>& values) { return std::accumulate(values.be
 
 CsvTable SummaryOf(const PoseGraphStudy& study, const G2oFile& file, const PoseGraphOptions& options) {
   CsvTable table = SummaryTable(study.summary, options);
-  table.Row("vertices", file.graph.Vertices().size());
+  table.Row("vertices", file.ids.size());
+  table.Row("landmarks", CountLandmarks(file));
   table.Row("edges", file.graph.Edges().size());
   table.Row("chi2_before", Sum(study.chi2_before));
   table.Row("chi2", Sum(Chi2OfEdges(file.graph)));
@@ -37,46 +38,86 @@ CsvTable SummaryOf(const PoseGraphStudy& study, const G2oFile& file, const PoseG
   return table;
 }
 
-// [x, y, z, qx, qy, qz, qw] of either kind of pose.
-Vec7 Pose(const VecX& x) {
-  Vec7 pose;
-  if (x.size() == 7) {
-    pose = x;
+// [x, y, z, qx, qy, qz, qw] of a pose, or of a landmark, which is not turned.
+Vec7 PoseOrPoint(const Vertex& vertex) {
+  Vec7 x = Vec7::Unit(6);
+  if (const std::optional<Transform> pose = PoseOf(vertex)) {
+    x << pose->p, pose->q.coeffs();
   } else {
-    pose << x[0], x[1], 0.0, 0.0, 0.0, std::sin(0.5 * x[2]), std::cos(0.5 * x[2]);
+    x.head(vertex.Dimension()) = vertex.Parameters();
   }
-  return pose;
+  return x;
+}
+
+std::vector<Vec7> PosesAndPoints(const Graph& graph) {
+  std::vector<Vec7> all;
+  for (const auto& vertex : graph.Vertices()) all.push_back(PoseOrPoint(*vertex));
+  return all;
 }
 
 CsvTable PoseTable(const PoseGraphStudy& study, const G2oFile& file) {
-  CsvTable table("state,id,x,y,z,qx,qy,qz,qw");
-  for (const std::string state : {"before", "after"}) {
+  CsvTable table("state,kind,id,x,y,z,qx,qy,qz,qw");
+  const std::vector<Vec7> after = PosesAndPoints(file.graph);
+  for (const auto& [state, all] : {std::pair("before", &study.poses_before), {"after", &after}}) {
     for (size_t i = 0; i < file.ids.size(); ++i) {
-      const Vec7 p = Pose(state == "before" ? study.poses_before[i] : file.graph.Vertices()[i]->Parameters());
-      table.Row(state, file.ids[i], p[0], p[1], p[2], p[3], p[4], p[5], p[6]);
+      const Vec7& p = (*all)[i];
+      const char* kind = PoseOf(*file.graph.Vertices()[i]) ? "pose" : "landmark";
+      table.Row(state, kind, file.ids[i], p[0], p[1], p[2], p[3], p[4], p[5], p[6]);
     }
   }
   return table;
 }
 
+// A prior's world has no name: there, both ends bear the pose's.
 CsvTable EdgeTable(const PoseGraphStudy& study, const G2oFile& file) {
   CsvTable table("i,j,chi2_before,chi2_after");
   const std::vector<double> chi2 = Chi2OfEdges(file.graph);
   for (size_t e = 0; e < chi2.size(); ++e) {
     const auto& vertices = file.graph.Edges()[e]->Vertices();
-    table.Row(file.ids[vertices[0]->Id()], file.ids[vertices[1]->Id()], study.chi2_before[e], chi2[e]);
+    const size_t i = vertices[0]->Id(), j = vertices[1]->Id();
+    table.Row(file.ids[i < file.ids.size() ? i : j], file.ids[j], study.chi2_before[e], chi2[e]);
   }
   return table;
 }
 
 }  // namespace
 
+size_t CountLandmarks(const G2oFile& file) {
+  const auto& vertices = file.graph.Vertices();
+  return std::count_if(vertices.begin(), vertices.begin() + static_cast<long>(file.ids.size()),
+                       [](const auto& vertex) { return !PoseOf(*vertex); });
+}
+
 std::vector<int> FixFreeParts(const Graph& graph) {
+  // The parts, by the least id in each: `part` leads from a vertex to one with a smaller id, until it is its own.
+  std::vector<int> part(graph.Vertices().empty() ? 0 : graph.Vertices().back()->Id() + 1);
+  std::iota(part.begin(), part.end(), 0);
+  const auto part_of = [&](int id) {
+    while (part[id] != id) id = part[id] = part[part[id]];
+    return id;
+  };
+  std::vector<bool> has_edge(part.size(), false);
+  for (const auto& edge : graph.Edges()) {
+    for (const auto& vertex : edge->Vertices()) {
+      has_edge[vertex->Id()] = true;
+      const auto [least, other] = std::minmax({part_of(vertex->Id()), part_of(edge->Vertices()[0]->Id())});
+      part[other] = least;
+    }
+  }
+  // A pose that is fixed, or a prior's world, holds its part; of landmarks it takes two in the plane, and three in space.
+  constexpr int kHeld = 6;
+  std::vector<int> held(part.size(), 0);
+  for (const auto& vertex : graph.Vertices()) {
+    if (!vertex->IsFixed()) continue;
+    held[part_of(vertex->Id())] += vertex->GetRole() == Role::kPose ? kHeld : kHeld / vertex->Dimension();
+  }
   std::vector<int> fixed;
-  for (const auto& root : FindRoots(graph)) {
-    if (root->IsFixed()) continue;
-    root->SetFixed();
-    fixed.push_back(root->Id());
+  for (const auto& vertex : graph.Vertices()) {
+    int& of_part = held[part_of(vertex->Id())];
+    if (of_part >= kHeld || !has_edge[vertex->Id()] || !PoseOf(*vertex)) continue;
+    vertex->SetFixed();
+    fixed.push_back(vertex->Id());
+    of_part = kHeld;
   }
   return fixed;
 }
@@ -96,15 +137,16 @@ PoseGraphStudy StartPoseGraph(const PoseGraphOptions& options, G2oFile* file) {
   }
   std::vector<PoseGraphStart> starts;
   for (const auto& [name, start] : kPoseGraphStartNames) {
-    if (options.start ? start == *options.start : file->has_poses || start != PoseGraphStart::kGiven) {
-      starts.push_back(start);
-    }
+    const bool has_sense = start == PoseGraphStart::kGiven         ? file->has_poses
+                           : start == PoseGraphStart::kIncremental ? CountLandmarks(*file) > 0
+                                                                   : true;
+    if (options.start ? start == *options.start : has_sense) starts.push_back(start);
   }
   const std::vector<double> costs = InitializeAtLeastCost(starts, &file->graph, options.threads);
   for (size_t k = 0; k < starts.size(); ++k) study.costs_of_starts.emplace_back(starts[k], costs[k]);
   study.start = starts[std::min_element(costs.begin(), costs.end()) - costs.begin()];
   study.seconds_to_start = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  for (const auto& vertex : file->graph.Vertices()) study.poses_before.push_back(vertex->Parameters());
+  study.poses_before = PosesAndPoints(file->graph);
   study.chi2_before = Chi2OfEdges(file->graph);
   return study;
 }

@@ -16,7 +16,7 @@ struct PoseGraphOptions : FileSolveOptions {
     solve.cost_tolerance = 1e-9;  // a long path's valley is flat: an iteration gains little, and many gain much
     solve.step_tolerance = 0.0;   // of ‖x‖: in a map's coordinates a step of 0.1 m is less
   }
-  std::optional<PoseGraphStart> start;  ///< unless set, the one of least cost
+  std::optional<PoseGraphStart> start;  ///< unless set, the one of least cost; incremental if there are landmarks
 };
 
 struct PoseGraphStudy {
@@ -24,12 +24,16 @@ struct PoseGraphStudy {
   std::vector<std::pair<PoseGraphStart, double>> costs_of_starts;  ///< that were tried
   double seconds_to_start = 0.0;
   Summary summary;
-  std::vector<VecX> poses_before;   ///< the parameters of each vertex at the start
+  std::vector<Vec7> poses_before;   ///< [p, q] of each vertex at the start
   std::vector<double> chi2_before;  ///< rᵀWr of each edge at the start
   std::vector<int64_t> fixed_ids;   ///< the poses that were fixed because the file fixed none of their component
 };
 
-/// Fixes the first pose of every connected component without a fixed one, so that no gauge is left free.
+/// How many vertices of the file are no poses.
+size_t CountLandmarks(const G2oFile& file);
+
+/// Fixes the first pose of every connected part that nothing holds, so that no gauge is left free: a part is held by a pose
+/// that is fixed, by a prior, or by enough fixed landmarks, two in the plane and three in space.
 /// @return indices of these poses; poses without edges stay free
 std::vector<int> FixFreeParts(const Graph& graph);
 

@@ -2,6 +2,8 @@
 
 #include <stdexcept>
 
+#include "ch5_backend/types/pose_graph/edge_sensor.h"
+
 namespace ch5 {
 namespace {
 
@@ -29,6 +31,14 @@ std::optional<Transform> MeasurementOf(const Edge& edge) {
     return Transform{between->q_z(), between->p_z()};
   if (const auto* between = dynamic_cast<const EdgeSE2Between*>(&edge))
     return InSpace(between->p_z(), between->ThetaZ());
+  if (const auto* offset = dynamic_cast<const EdgeOffset<VertexPose>*>(&edge)) {
+    const Vec7 z = offset->Measurement();
+    return Transform{RotationIn(z), z.head<3>()};
+  }
+  if (const auto* offset = dynamic_cast<const EdgeOffset<VertexSE2>*>(&edge)) {
+    const Vec3 z = offset->Measurement();
+    return InSpace(z.head<2>(), z[2]);
+  }
   return std::nullopt;
 }
 

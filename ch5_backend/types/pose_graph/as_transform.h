@@ -15,7 +15,7 @@ std::optional<Transform> PoseOf(const Vertex& vertex);
 /// @throws std::invalid_argument for another type
 void MoveTo(const Transform& T_W_i, Vertex* vertex);
 
-/// The measured T_i_j of an EdgeSE3Between or EdgeSE2Between; nullopt for another type.
+/// The measured T_i_j of an EdgeSE3Between, EdgeSE2Between or EdgeOffset; nullopt for another type.
 std::optional<Transform> MeasurementOf(const Edge& edge);
 
 }  // namespace ch5

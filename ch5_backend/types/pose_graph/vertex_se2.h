@@ -1,5 +1,5 @@
 #pragma once
-/// A pose in the plane.
+/// Poses and points in the plane.
 
 #include <cmath>
 
@@ -28,6 +28,13 @@ class VertexSE2 : public SizedVertex<3, 3> {
   }
   VecX Minus(const VecX& x0) const override { return Vec3(x_[0] - x0[0], x_[1] - x0[1], WrapAngle(x_[2] - x0[2])); }
   std::string TypeInfo() const override { return "VertexSE2"; }
+};
+
+/// A landmark's coordinates [m] in the plane.
+class VertexPointXY : public SizedVertex<2, 2> {
+ public:
+  explicit VertexPointXY(const Vec2& p_W = Vec2::Zero()) : SizedVertex(p_W, Role::kLandmark) {}
+  std::string TypeInfo() const override { return "VertexPointXY"; }
 };
 
 }  // namespace ch5
