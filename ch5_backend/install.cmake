@@ -50,7 +50,7 @@ install(FILES ${pc} DESTINATION ${pkgconfig})
 # of the installed library sees.
 file(GLOB_RECURSE headers CONFIGURE_DEPENDS RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} *.h)
 list(FILTER headers EXCLUDE REGEX "^(experiments|lab|track|sparse/kernels|sparse/steps|linear/cholmod)/")
-foreach(internal IN ITEMS homework_missing math/dense_kernels math/dispatch math/large_pages math/precompiled math/vector_kernels
+foreach(internal IN ITEMS homework_missing math/dense_kernels math/dispatch math/precompiled math/vector_kernels
         linear/conjugate_gradients linear/elimination_plan linear/pivot_rule linear/selected_inverse linear/sparse_cholesky
         sparse/hold_poses sparse/save_hessian sparse/sparse_solver)
   if(NOT "${internal}.h" IN_LIST headers)
