@@ -10,6 +10,7 @@
 
 namespace ch5 {
 
+/// What a vertex of the format is: a pose or a point, in the plane or in space.
 enum class VertexKind { kSE2, kXY, kSE3, kXYZ };
 
 /// VERTEX_… id  numbers

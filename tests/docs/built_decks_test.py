@@ -80,7 +80,7 @@ class BuiltDecks(FolderTest):
             table.write_text(read(table).replace(was, now), encoding="utf-8")
         stale = run("--check", *words)
         self.assertEqual(stale.returncode, 1)
-        self.assertRegex(stale.stderr, r"number paths\.start is out of date: 12\.1 on the slide, 13\.1 in the tables")
+        self.assertRegex(stale.stderr, r"number newton\.cost\[0\] \| f1 is out of date: 12\.1 on the slide, 13\.1 in the tables")
         self.assertRegex(stale.stderr, r"figure losses is out of date")
         self.assertEqual(run("--html", *words).returncode, 0)
         self.assertEqual(run("--check", *words).returncode, 0)

@@ -65,7 +65,7 @@ class Programs(FolderTest):
         self.refuses("ch5_nees", "--runs", "2.5", naming=["whole number from 1 to 10000, got '2.5'"])
         self.refuses("ch5_endurance", "--frames", "99", naming=["whole number from 100 to 1000000, got '99'"])
         self.refuses("ch5_pose_graph", "--init", "magic", naming=["--init must be one of file, odometry, spanning-tree, "
-                                                                  "chordal, got 'magic'"])
+                                                                  "chordal, incremental, got 'magic'"])
         self.refuses("ch5_bal", "--init", "file", naming=["unknown option '--init'"])
         self.refuses("ch5_bal", "--solver", "magic", naming=["--solver must be one of automatic, dense, sparse, pcg, "])
 

@@ -23,18 +23,20 @@ inline Vec7 NoOffset(const VertexPose* /*kind*/) { return (Vec7() << 0, 0, 0, 0,
 template <typename T, int N>
 using VectorOf = Eigen::Matrix<T, N, 1>;
 
-// T⁻¹ p, T_a⁻¹ T_b and T_a T_b in the plane.
+/// T⁻¹ p in the plane.
 template <typename T>
 VectorOf<T, 2> SeenFrom(const VectorOf<T, 3>& pose, const VectorOf<T, 2>& point) {
   using std::cos, std::sin;
   const T c = cos(pose[2]), s = sin(pose[2]), x = point[0] - pose[0], y = point[1] - pose[1];
   return {c * x + s * y, c * y - s * x};
 }
+/// T_a⁻¹ T_b in the plane.
 template <typename T>
 VectorOf<T, 3> SeenFrom(const VectorOf<T, 3>& a, const VectorOf<T, 3>& b) {
   const VectorOf<T, 2> p = SeenFrom(a, VectorOf<T, 2>(b[0], b[1]));
   return {p[0], p[1], b[2] - a[2]};
 }
+/// T_a T_b in the plane.
 template <typename T>
 VectorOf<T, 3> Compose(const VectorOf<T, 3>& a, const VectorOf<T, 3>& b) {
   using std::cos, std::sin;
@@ -42,16 +44,18 @@ VectorOf<T, 3> Compose(const VectorOf<T, 3>& a, const VectorOf<T, 3>& b) {
   return {a[0] + c * b[0] - s * b[1], a[1] + s * b[0] + c * b[1], a[2] + b[2]};
 }
 
-// The same in space.
+/// q of [p, q].
 template <typename T>
 Eigen::Quaternion<T> RotationIn(const VectorOf<T, 7>& pose) {
   return {pose[6], pose[3], pose[4], pose[5]};
 }
+/// T⁻¹ p in space.
 template <typename T>
 VectorOf<T, 3> SeenFrom(const VectorOf<T, 7>& pose, const VectorOf<T, 3>& point) {
   const VectorOf<T, 3> d = point - pose.template head<3>();
   return RotationIn(pose).conjugate() * d;
 }
+/// T_a⁻¹ T_b in space.
 template <typename T>
 VectorOf<T, 7> SeenFrom(const VectorOf<T, 7>& a, const VectorOf<T, 7>& b) {
   const VectorOf<T, 3> p_b = b.template head<3>();
@@ -59,6 +63,7 @@ VectorOf<T, 7> SeenFrom(const VectorOf<T, 7>& a, const VectorOf<T, 7>& b) {
   ab << SeenFrom(a, p_b), (RotationIn(a).conjugate() * RotationIn(b)).coeffs();
   return ab;
 }
+/// T_a T_b in space.
 template <typename T>
 VectorOf<T, 7> Compose(const VectorOf<T, 7>& a, const VectorOf<T, 7>& b) {
   const VectorOf<T, 3> p_b = b.template head<3>(), p = RotationIn(a) * p_b;
@@ -67,12 +72,16 @@ VectorOf<T, 7> Compose(const VectorOf<T, 7>& a, const VectorOf<T, 7>& b) {
   return ab;
 }
 
-/// The angle less whole turns, in [−π, π]; of a dual number, whose derivative they leave alone.
+/// The number without its derivative.
+inline double ValueOf(double x) { return x; }
+template <int N>
+double ValueOf(const Dual<N>& x) {
+  return x.value;
+}
+/// The angle less whole turns, in [−π, π]; they leave the derivative alone.
 template <typename T>
-T WithoutTurns(T angle) {
-  while (angle > T(M_PI)) angle -= T(2.0 * M_PI);
-  while (angle < T(-M_PI)) angle += T(2.0 * M_PI);
-  return angle;
+T WithoutTurns(const T& angle) {
+  return angle + T(WrapAngle(ValueOf(angle)) - ValueOf(angle));
 }
 /// T_d as a residual: [p_d; θ_d], or [p_d; vec(q_d)] of the sign with w ≥ 0.
 template <typename T>
