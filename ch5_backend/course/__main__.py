@@ -1,4 +1,4 @@
-"""The command line of ./course: what does each sub-command, and the exit code that it returns."""
+"""The command line of ./course: which function runs each sub-command, and the exit code that it returns."""
 
 import argparse
 import difflib

@@ -21,7 +21,6 @@
 namespace ch5 {
 namespace {
 
-constexpr char kVertexSE2[] = "VERTEX_SE2", kVertexSE3[] = "VERTEX_SE3:QUAT";
 constexpr char kEdgeSE2[] = "EDGE_SE2", kEdgeSE3[] = "EDGE_SE3:QUAT", kFix[] = "FIX";
 
 // A letter, then letters, digits and a little punctuation.
@@ -44,8 +43,8 @@ class Reader {
     while (const auto line = text_.ReadLine()) ReadRecord(*line);
     if (file_.ids.empty()) AddPosesOfEdges();
     if (file_.ids.empty()) {
-      throw FileError(path_ + ": no pose in this file; one is a line that begins with " + kVertexSE3 + " or " +
-                      kVertexSE2 +
+      throw FileError(path_ + ": no pose in this file; one is a line that begins with " + TagOf(VertexKind::kSE3).name +
+                      " or " + TagOf(VertexKind::kSE2).name +
                       (file_.unknown.empty() ? "" : ", not with " + std::string(Words(file_.unknown[0].text)[0])));
     }
     CountRepeatedEdges();
@@ -396,7 +395,7 @@ class Writer {
   void AppendVertex(const ById<Vertex>::node_type& vertex) {
     if (vertex.empty()) return;
     const Vertex* pose = vertex.mapped();
-    Begin(TagOf(*pose));
+    Begin(TagOf(KindOf(*pose)).name);
     AppendNumber(names_.at(pose->Id()), ' ', &text_);
     AppendNumbers(pose->Parameters(), &text_);
     text_.back() = '\n';
@@ -405,11 +404,11 @@ class Writer {
     AppendNumber(names_.at(pose->Id()), '\n', &text_);
   }
 
-  static const char* TagOf(const Vertex& vertex) {
-    if (dynamic_cast<const VertexSE2*>(&vertex)) return kVertexSE2;
-    if (dynamic_cast<const VertexPose*>(&vertex)) return kVertexSE3;
-    if (dynamic_cast<const VertexPointXY*>(&vertex)) return "VERTEX_XY";
-    if (dynamic_cast<const VertexPointXYZ*>(&vertex)) return "VERTEX_TRACKXYZ";
+  static VertexKind KindOf(const Vertex& vertex) {
+    if (dynamic_cast<const VertexSE2*>(&vertex)) return VertexKind::kSE2;
+    if (dynamic_cast<const VertexPose*>(&vertex)) return VertexKind::kSE3;
+    if (dynamic_cast<const VertexPointXY*>(&vertex)) return VertexKind::kXY;
+    if (dynamic_cast<const VertexPointXYZ*>(&vertex)) return VertexKind::kXYZ;
     HasNoRecord(vertex.TypeInfo(), vertex.Id());
   }
 
@@ -432,8 +431,7 @@ class Writer {
       AppendNumbers(planar->p_z(), &text_);
       AppendNumber(planar->ThetaZ(), ' ', &text_);
     }
-    const auto W = edge.mapped()->Information();
-    for (int i = 0; i < W.rows(); ++i) AppendNumbers(W.row(i).tail(W.cols() - i), &text_);
+    for (const double w : UpperHalf(edge.mapped()->Information())) AppendNumber(w, ' ', &text_);
     text_.back() = '\n';
   }
 
