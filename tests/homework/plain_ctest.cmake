@@ -52,4 +52,4 @@ add_custom_target(homework_ready DEPENDS stage_tests_common ${stage_test_objects
 
 # The same tests of a folder of our own, as a project of CTest's that only plain_ctest.py runs.
 ch5_write_homework_tests(${PROJECT_BINARY_DIR}/trial_ctest/CTestTestfile.cmake trial_ ${trial})
-ch5_add_python_tests(Homework plain_ctest_test.py LABELS slow RESOURCE_LOCK ninja TIMEOUT 600)
+ch5_add_python_tests(Homework plain_ctest_test.py LABELS nightly RESOURCE_LOCK ninja TIMEOUT 600)
