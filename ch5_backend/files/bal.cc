@@ -215,7 +215,7 @@ BalGraph BuildBal(const BalProblem& given, std::shared_ptr<const LossFunction> l
   BalProblem problem = given;
   MoveWorld(-bal.place, &problem);
   MovePointsOutOfCameras(&problem);
-  if (move == BalPoints::kOnRay) bal.tau = 3e-6;
+  if (move != BalPoints::kXyz) bal.tau = 3e-6;
   std::vector<std::shared_ptr<VertexCameraBAL>> cameras;
   std::vector<std::shared_ptr<VertexPointXYZ>> points;
   for (const Vec9& camera : problem.cameras) {

@@ -50,7 +50,7 @@ TWO_THREADS = ("scene/30x1000", "scene/30x4000", "bal/")  # also measured with t
 # were best at something. The first one is the same problem for both sides.
 UNASKED = ""  # the way of ours at its best
 RAYS = "lm,ray,radius=3.3e5"  # points on rays, and 1/λ₀ of ours with them
-OURS = "lm,parallax,radius=1e5"  # as ours unasked
+OURS = "lm,parallax,radius=3.3e5"  # as ours unasked
 WAYS = {
     "scene/": ("lm,radius=1e4,whole", "lm,unscaled", "lm,radius=1e8", "lm,inner", "lm,mixed", "dogleg", "dogleg,unscaled"),
     "window/": ("dogleg,radius=1e4,whole", "dogleg,unscaled", "dogleg,radius=1e8", "lm", "lm,unscaled", "lm,radius=1e8", "lm,inner",
