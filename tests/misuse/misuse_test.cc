@@ -245,148 +245,144 @@ std::string ReadChanged(const std::string& name, const std::function<void(std::s
 
 // ---- the table -------------------------------------------------------------------------------------------------------
 
-struct Case {
-  const char* name;
-  std::function<std::string()> said;  // or thrown
-  const char* expected;               // a part of it
-};
-
-// A case that throws or else says nothing.
-template <typename Function>
-std::function<std::string()> Do(const Function& function) {
-  return [function] { return function(), std::string(); };
+// What a function returns; one that returns nothing throws or else says nothing.
+template <typename Function, typename... Arguments>
+std::string Said(const Function& function, Arguments... arguments) {
+  if constexpr (std::is_void_v<std::invoke_result_t<Function, Arguments...>>)
+    return function(arguments...), "";
+  else
+    return function(arguments...);
 }
+
+// The function is called as it is, with a small graph, or with the flight to change for the estimator.
+struct Case {
+  template <typename Function>
+  Case(const char* name, const char* expected, const Function& function) : name(name), expected(expected) {
+    if constexpr (std::is_invocable_v<Function, TwoSteps*>) {
+      said = [function] {
+        TwoSteps g;
+        return Said(function, &g);
+      };
+    } else if constexpr (std::is_invocable_v<Function, Recording*>) {
+      said = [function] { return Follow(function); };
+    } else {
+      said = [function] { return Said(function); };
+    }
+  }
+  const char *name, *expected;        // a part of what it says
+  std::function<std::string()> said;  // or thrown
+};
 
 // Who may not come into a graph: ../graph/, ../g2o/graph_conformance_test.cc; what is empty: ../dense/problem_test.cc.
 const std::vector<Case> kGraphs = {
-    {"an infinite information", Do([] { TwoSteps().edges_[0]->SetInformation(MatXX::Constant(1, 1, 1.0 / 0.0)); }),
-     "EdgeStep: the information matrix"},
-    {"no graph", Do([] { SparseOptimizer(nullptr); }), "the solver's graph is null"},
-    {"a graph that has been destroyed", Do([] {
+    {"an infinite information", "EdgeStep: the information matrix",
+     [] { TwoSteps().edges_[0]->SetInformation(MatXX::Constant(1, 1, 1.0 / 0.0)); }},
+    {"no graph", "the solver's graph is null", [] { SparseOptimizer(nullptr); }},
+    {"a graph that has been destroyed", "the solver's graph has been destroyed",
+     [] {
        auto g = std::make_unique<TwoSteps>();
        SparseOptimizer optimizer(&g->graph);
        g.reset();
        optimizer.Solve();
-     }),
-     "the solver's graph has been destroyed"},
-    {"a free gauge", Do([] {
-       TwoSteps g;
-       Covariance{&g.graph};
-     }),
-     "H is singular; is a gauge free?"},
-    {"a residual of NaN", [] { return TwoSteps(Spoilt::kNaN).Solve(); },
-     "the cost of the initial states is not finite; EdgeStep 0 has"},
-    {"a Jacobian that is never filled", [] { return TwoSteps(Spoilt::kNoJacobian).Solve(); },
-     "the gradient is not finite: a Jacobian holds NaN or infinity; EdgeStep 0 has"},
-    {"a residual whose square is infinite",
+     }},
+    {"a free gauge", "H is singular; is a gauge free?", [](TwoSteps* g) { Covariance{&g->graph}; }},
+    {"a residual of NaN", "the cost of the initial states is not finite; EdgeStep 0 has",
+     [] { return TwoSteps(Spoilt::kNaN).Solve(); }},
+    {"a Jacobian that is never filled", "the gradient is not finite: a Jacobian holds NaN or infinity; EdgeStep 0 has",
+     [] { return TwoSteps(Spoilt::kNoJacobian).Solve(); }},
+    {"a residual whose square is infinite", "; EdgeStep 0 has a cost that is not finite",
+     [](TwoSteps* g) {
+       g->x_[1]->SetEstimate(Scalar(1e200));
+       return g->Solve();
+     }},
+    {"a residual of NaN in a dense problem", "; EdgeStep 0 has", [] { return SolvePlainly<Problem>(Spoilt::kNaN); }},
+    {"a Jacobian that is never filled, of plain blocks", "; EdgeStep 0 has",
+     [] { return SolvePlainly<PlainBlockSolver>(Spoilt::kNoJacobian); }},
+    {"Jacobians of the wrong sign", "CheckJacobians tells which", [] { return TwoSteps(Spoilt::kWrongSign).Solve(); }},
+    {"a residual of NaN, its covariance", "Covariance: EdgeStep 0 has a residual or a Jacobian that is not finite",
      [] {
-       TwoSteps g;
-       g.x_[1]->SetEstimate(Scalar(1e200));
-       return g.Solve();
-     },
-     "; EdgeStep 0 has a cost that is not finite"},
-    {"a residual of NaN in a dense problem", [] { return SolvePlainly<Problem>(Spoilt::kNaN); }, "; EdgeStep 0 has"},
-    {"a Jacobian that is never filled, of plain blocks",
-     [] { return SolvePlainly<PlainBlockSolver>(Spoilt::kNoJacobian); }, "; EdgeStep 0 has"},
-    {"Jacobians of the wrong sign", [] { return TwoSteps(Spoilt::kWrongSign).Solve(); }, "CheckJacobians tells which"},
-    {"a residual of NaN, its covariance", Do([] {
        TwoSteps g(Spoilt::kNaN);
        Covariance{&g.graph};
-     }),
-     "Covariance: EdgeStep 0 has a residual or a Jacobian that is not finite"},
-    {"a vertex removed while solving",
-     Do([] { SolveChanging<SparseOptimizer>([](TwoSteps* g) { g->graph.RemoveVertex(g->x_[2]); }); }),
-     "VertexVector1 has left the graph while it was being solved"},
-    {"an edge removed while solving",
-     Do([] { SolveChanging<Problem>([](TwoSteps* g) { g->graph.RemoveEdge(g->edges_[0]); }); }),
-     "EdgeStep has left the graph while it was being solved"},
-    {"a vertex fixed and all numbered anew while solving", Do([] {
+     }},
+    {"a vertex removed while solving", "VertexVector1 has left the graph while it was being solved",
+     [] { SolveChanging<SparseOptimizer>([](TwoSteps* g) { g->graph.RemoveVertex(g->x_[2]); }); }},
+    {"an edge removed while solving", "EdgeStep has left the graph while it was being solved",
+     [] { SolveChanging<Problem>([](TwoSteps* g) { g->graph.RemoveEdge(g->edges_[0]); }); }},
+    {"a vertex fixed and all numbered anew while solving",
+     "VertexVector1 0 has been numbered anew while it was being solved",
+     [] {
        SolveChanging<SparseOptimizer>([](TwoSteps* g) {
          g->x_[0]->SetFixed();
          MakeOrdering(g->graph);
        });
-     }),
-     "VertexVector1 0 has been numbered anew while it was being solved"},
-    {"no information",
+     }},
+    {"no information", "H is zero; is all information zero",
+     [](TwoSteps* g) {
+       for (const auto& edge : g->edges_) edge->SetIsotropicInformation(0.0);
+       return g->Solve();
+     }},
+    {"no preintegration", "EdgeImu: the preintegration is null",
      [] {
-       TwoSteps g;
-       for (const auto& edge : g.edges_) edge->SetIsotropicInformation(0.0);
-       return g.Solve();
-     },
-     "H is zero; is all information zero"},
-    {"no preintegration", Do([] {
        const auto pose = std::make_shared<VertexPose>();
        const auto speed = std::make_shared<VertexSpeedBias>();
        EdgeImu(pose, speed, pose, speed, nullptr);
-     }),
-     "EdgeImu: the preintegration is null"},
-    {"a preintegration of no sample",
-     Do([] { Preintegration(std::vector<ImuSample>(), Vec3::Zero(), Vec3::Zero(), {}); }),
-     "Preintegration: there is no IMU sample"},
-    {"a preintegration of one step", Do([] {
+     }},
+    {"a preintegration of no sample", "Preintegration: there is no IMU sample",
+     [] { Preintegration(std::vector<ImuSample>(), Vec3::Zero(), Vec3::Zero(), {}); }},
+    {"a preintegration of one step", "singular (2 samples over 0.100000 s): it takes three samples",
+     [] {
        const std::vector<ImuSample> samples(2, {0.1, Vec3(0, 0, 9.81), Vec3::Zero()});
        EdgeImu(nullptr, nullptr, nullptr, nullptr,
                std::make_shared<Preintegration>(samples, Vec3::Zero(), Vec3::Zero(), ImuNoise()));
-     }),
-     "singular (2 samples over 0.100000 s): it takes three samples"},
-    {"a camera's place with a rotation of zero", Do([] {
+     }},
+    {"a camera's place with a rotation of zero", "T_B_C: the quaternion is zero",
+     [] {
        EdgeReprojectionPoseOnly(nullptr, Vec3::UnitZ(), Vec2::Zero(), {Qd(0, 0, 0, 0), Vec3::Zero()});
-     }),
-     "T_B_C: the quaternion is zero"},
-    {"a track of no poses",
-     Do([] { EdgeTrack(std::make_shared<VertexInverseDepth>(1.0), std::vector<EdgeTrack::View>(2), {}, 1.0); }),
-     "EdgeTrack: a vertex is null"},
-    {"a singular covariance", Do([] {
-       EdgeSE3Prior(std::make_shared<VertexPose>(), Qd::Identity(), Vec3::Zero()).SetCovariance(Mat66::Zero());
-     }),
-     "EdgeSE3Prior: the covariance is singular"},
-    {"directions of no vertex", Do([] {
-       TwoSteps g;
-       SparseOptimizer optimizer(&g.graph);
+     }},
+    {"a track of no poses", "EdgeTrack: a vertex is null",
+     [] { EdgeTrack(std::make_shared<VertexInverseDepth>(1.0), std::vector<EdgeTrack::View>(2), {}, 1.0); }},
+    {"a singular covariance", "EdgeSE3Prior: the covariance is singular",
+     [] { EdgeSE3Prior(std::make_shared<VertexPose>(), Qd::Identity(), Vec3::Zero()).SetCovariance(Mat66::Zero()); }},
+    {"directions of no vertex", "HeldDirections: the vertex or its rows are missing (null)",
+     [](TwoSteps* g) {
+       SparseOptimizer optimizer(&g->graph);
        optimizer.Hold({{nullptr, [] { return MatXX::Identity(1, 1); }}});
        optimizer.Solve();
-     }),
-     "HeldDirections: the vertex or its rows are missing (null)"},
-    {"directions that are not numbers", Do([] {
-       TwoSteps g;
-       SparseOptimizer optimizer(&g.graph);
-       optimizer.Hold({{g.x_[0], [] { return MatXX::Constant(1, 1, std::nan("")); }}});
+     }},
+    {"directions that are not numbers", "HeldDirections: the rows of VertexVector1 0 are not finite",
+     [](TwoSteps* g) {
+       SparseOptimizer optimizer(&g->graph);
+       optimizer.Hold({{g->x_[0], [] { return MatXX::Constant(1, 1, std::nan("")); }}});
        optimizer.Solve();
-     }),
-     "HeldDirections: the rows of VertexVector1 0 are not finite"},
-    {"a residual of NaN, marginalized", Do([] {
+     }},
+    {"a residual of NaN, marginalized", "marginalizing: EdgeStep 0 has a residual or a Jacobian that is not finite",
+     [] {
        TwoSteps g(Spoilt::kNaN);
        MarginalizeInto(&g.graph, {g.x_[0]});
-     }),
-     "marginalizing: EdgeStep 0 has a residual or a Jacobian that is not finite"},
-    {"no pose graph to initialize", Do([] { InitializePoseGraph(PoseGraphStart::kChordal, nullptr); }),
-     "InitializePoseGraph: the graph is null"},
-    {"no pose graph to choose a start for", Do([] { InitializeAtLeastCost({PoseGraphStart::kOdometry}, nullptr); }),
-     "InitializeAtLeastCost: the graph is null"},
-    {"no graph to marginalize in", Do([] { MarginalizeInto(nullptr, {}); }), "MarginalizeInto: the graph is null"},
+     }},
+    {"no pose graph to initialize", "InitializePoseGraph: the graph is null",
+     [] { InitializePoseGraph(PoseGraphStart::kChordal, nullptr); }},
+    {"no pose graph to choose a start for", "InitializeAtLeastCost: the graph is null",
+     [] { InitializeAtLeastCost({PoseGraphStart::kOdometry}, nullptr); }},
+    {"no graph to marginalize in", "MarginalizeInto: the graph is null", [] { MarginalizeInto(nullptr, {}); }},
     {"an edge of sizes known at run time alone, without their memory",
+     "EdgeWithoutMemory: an edge whose sizes are known at run time only needs a TakeJacobians",
+     [](TwoSteps* g) {
+       g->graph.AddEdge(std::make_shared<EdgeWithoutMemory>(g->x_[0]));
+       return g->Solve();
+     }},
+    {"a vertex without memory", "AddVertex: VertexWithoutMemory has no memory for its parameters",
+     [] { Graph().AddVertex(std::make_shared<VertexWithoutMemory>()); }},
+    {"an edge without any memory", "AddEdge: EdgeWithoutMemory has no memory for its residual and information",
+     [](TwoSteps* g) { g->graph.AddEdge(std::make_shared<EdgeWithoutMemory>(g->x_[0], false)); }},
+    {"a measured rotation of zero", "EdgeSE3Between: the quaternion is zero",
      [] {
-       TwoSteps g;
-       g.graph.AddEdge(std::make_shared<EdgeWithoutMemory>(g.x_[0]));
-       return g.Solve();
-     },
-     "EdgeWithoutMemory: an edge whose sizes are known at run time only needs a TakeJacobians"},
-    {"a vertex without memory", Do([] { Graph().AddVertex(std::make_shared<VertexWithoutMemory>()); }),
-     "AddVertex: VertexWithoutMemory has no memory for its parameters"},
-    {"an edge without any memory", Do([] {
-       TwoSteps g;
-       g.graph.AddEdge(std::make_shared<EdgeWithoutMemory>(g.x_[0], false));
-     }),
-     "AddEdge: EdgeWithoutMemory has no memory for its residual and information"},
-    {"a measured rotation of zero", Do([] {
        const auto pose = std::make_shared<VertexPose>();
        EdgeSE3Between(pose, pose, Qd(0, 0, 0, 0), Vec3::Zero());
-     }),
-     "EdgeSE3Between: the quaternion is zero"},
-    {"a prior's rotation of NaN",
-     Do([] { EdgeSE3Prior(std::make_shared<VertexPose>(), Qd(kNaN, 0, 0, 0), Vec3::Zero()); }),
-     "EdgeSE3Prior: the quaternion is not finite"},
-    {"an exception while differentiating",
+     }},
+    {"a prior's rotation of NaN", "EdgeSE3Prior: the quaternion is not finite",
+     [] { EdgeSE3Prior(std::make_shared<VertexPose>(), Qd(kNaN, 0, 0, 0), Vec3::Zero()); }},
+    {"an exception while differentiating", "no such point, and x = 0.000000",
      [] {
        TwoSteps g(Spoilt::kThrows);
        try {
@@ -395,155 +391,128 @@ const std::vector<Case> kGraphs = {
          return error.what() + std::string(", and x = ") + std::to_string(g.x_[0]->GetEstimate()[0]);
        }
        return std::string();
-     },
-     "no such point, and x = 0.000000"},
-    {"a vertex without Plus", Do([] {
+     }},
+    {"a vertex without Plus",
+     "VertexWithoutPlus has 4 parameters and 3 degrees of freedom, so it needs a Plus of its own",
+     [] {
        Graph graph;
        const auto vertex = std::make_shared<VertexWithoutPlus>();
        graph.AddVertex(vertex);
        graph.AddEdge(std::make_shared<EdgeOnIt>(vertex));
        SparseOptimizer(&graph).Solve();
-     }),
-     "VertexWithoutPlus has 4 parameters and 3 degrees of freedom, so it needs a Plus of its own"},
-    {"a prior on a vertex without Minus", Do([] {
+     }},
+    {"a prior on a vertex without Minus", "so it needs a Minus of its own",
+     [] {
        const auto vertex = std::make_shared<VertexWithoutPlus>();
        EdgePrior({{vertex}, {vertex->Parameters()}, MatXX::Identity(3, 3), VecX::Zero(3)}).ComputeResidual();
-     }),
-     "so it needs a Minus of its own"},
-    {"an edge marginalized twice", Do([] {
-       TwoSteps g;
-       Marginalize({g.edges_[0], g.edges_[0]}, {g.x_[0]});
-     }),
-     "EdgeStep 0 stands twice"},
-    {"a vertex marginalized without its edge", Do([] {
-       TwoSteps g;
-       Marginalize({g.edges_[0]}, {g.x_[2]});
-     }),
-     "VertexVector1 2 is to be dropped, but none of the edges has it"},
-    {"OKVIS's marginalization of no edge", Do([] { MarginalizationError().AddResidualBlock(nullptr); }),
-     "MarginalizationError: the edge is null"},
-    {"VINS-Mono's marginalization of no edge", Do([] {
+     }},
+    {"an edge marginalized twice", "EdgeStep 0 stands twice",
+     [](TwoSteps* g) {
+       Marginalize({g->edges_[0], g->edges_[0]}, {g->x_[0]});
+     }},
+    {"a vertex marginalized without its edge", "VertexVector1 2 is to be dropped, but none of the edges has it",
+     [](TwoSteps* g) { Marginalize({g->edges_[0]}, {g->x_[2]}); }},
+    {"OKVIS's marginalization of no edge", "MarginalizationError: the edge is null",
+     [] { MarginalizationError().AddResidualBlock(nullptr); }},
+    {"VINS-Mono's marginalization of no edge", "MarginalizationInfo: the edge is null",
+     [] {
        MarginalizationInfo().AddResidualBlockInfo({nullptr, {}});
-     }),
-     "MarginalizationInfo: the edge is null"},
-    {"VINS-Mono's marginalization of a vertex in no graph", Do([] {
+     }},
+    {"VINS-Mono's marginalization of a vertex in no graph",
+     "MarginalizationInfo: a VertexPose of EdgeSE3Prior is in no graph",
+     [] {
        const auto pose = std::make_shared<VertexPose>();
        MarginalizationInfo().AddResidualBlockInfo(
            {std::make_shared<EdgeSE3Prior>(pose, Qd::Identity(), Vec3::Zero()), {0}});
-     }),
-     "MarginalizationInfo: a VertexPose of EdgeSE3Prior is in no graph"},
-    {"a marginalization of no edge by QR", Do([] { MarginalizeQr<double>({nullptr}, {}); }),
-     "Marginalize: an edge is null"},
-    {"a marginalization of nothing", Do([] {
-       TwoSteps g;
-       Marginalize({}, {g.x_[0]});
-     }),
-     "no edges"},
+     }},
+    {"a marginalization of no edge by QR", "Marginalize: an edge is null",
+     [] { MarginalizeQr<double>({nullptr}, {}); }},
+    {"a marginalization of nothing", "no edges", [](TwoSteps* g) { Marginalize({}, {g->x_[0]}); }},
 };
 
 const std::vector<Case> kOptions = {
-    {"iterations", [] { return SolveWith([](auto* o) { o->max_iterations = -5; }); },
-     "SolveOptions::max_iterations = -5"},
-    {"a tolerance of NaN", [] { return SolveWith([](auto* o) { o->cost_tolerance = kNaN; }); },
-     "SolveOptions::cost_tolerance = nan: must be at least 0"},
-    {"trials", [] { return SolveWith([](auto* o) { o->max_trials = 0; }); }, "SolveOptions::max_trials = 0"},
-    {"100,000 threads", Do([] {
-       TwoSteps g;
-       SparseOptimizer(&g.graph, 100000);
-     }),
-     "threads = 100000: must be 1 to 1024"},
-    {"an iterative solver's tolerance", Do([] {
-       TwoSteps g;
-       SparseOptimizer(&g.graph).SetReducedSolver(ReducedSolverType::kImplicitPcg, {-1.0});
-     }),
-     "IterativeOptions::tolerance = -1"},
-    {"a window in which nothing starts",
-     Do([] { MakeVinsPolicy(With<VinsOptions>([](auto* o) { o->window_size = 3; })); }),
-     "VinsOptions::window_size = 3: must be at least 4"},
-    {"seconds for a solve", Do([] { MakeVinsPolicy(With<VinsOptions>([](auto* o) { o->max_solve_seconds = -1; })); }),
-     "VinsOptions::max_solve_seconds = -1: must be at least 0"},
-    {"keyframes", Do([] { MakeOkvisPolicy(With<OkvisOptions>([](auto* o) { o->keyframes = -3; })); }),
-     "OkvisOptions::keyframes = -3"},
-    {"no policy", Do([] { Estimator({}, nullptr); }), "the policy is null"},
-    {"a focal length", Do([] { Estimate([](auto* o) { o->calibration.fx = -460; }); }),
-     "Calibration::fx = -460: must be greater than 0"},
-    {"gravity", Do([] { Estimate([](auto* o) { o->calibration.gravity = kNaN; }); }), "Calibration::gravity = nan"},
-    {"an extrinsic rotation", Do([] { Estimate([](auto* o) { o->calibration.T_B_C.q.coeffs() *= 2.0; }); }),
-     "T_B_C.q.norm() = 2"},
-    {"noise", Do([] { Estimate([](auto* o) { o->calibration.noise.gyroscope = 0; }); }), "ImuNoise::gyroscope = 0"},
+    {"iterations", "SolveOptions::max_iterations = -5",
+     [] { return SolveWith([](auto* o) { o->max_iterations = -5; }); }},
+    {"a tolerance of NaN", "SolveOptions::cost_tolerance = nan: must be at least 0",
+     [] { return SolveWith([](auto* o) { o->cost_tolerance = kNaN; }); }},
+    {"trials", "SolveOptions::max_trials = 0", [] { return SolveWith([](auto* o) { o->max_trials = 0; }); }},
+    {"100,000 threads", "threads = 100000: must be 1 to 1024", [](TwoSteps* g) { SparseOptimizer(&g->graph, 100000); }},
+    {"an iterative solver's tolerance", "IterativeOptions::tolerance = -1",
+     [](TwoSteps* g) { SparseOptimizer(&g->graph).SetReducedSolver(ReducedSolverType::kImplicitPcg, {-1.0}); }},
+    {"a window in which nothing starts", "VinsOptions::window_size = 3: must be at least 4",
+     [] { MakeVinsPolicy(With<VinsOptions>([](auto* o) { o->window_size = 3; })); }},
+    {"seconds for a solve", "VinsOptions::max_solve_seconds = -1: must be at least 0",
+     [] { MakeVinsPolicy(With<VinsOptions>([](auto* o) { o->max_solve_seconds = -1; })); }},
+    {"keyframes", "OkvisOptions::keyframes = -3",
+     [] { MakeOkvisPolicy(With<OkvisOptions>([](auto* o) { o->keyframes = -3; })); }},
+    {"no policy", "the policy is null", [] { Estimator({}, nullptr); }},
+    {"a focal length", "Calibration::fx = -460: must be greater than 0",
+     [] { Estimate([](auto* o) { o->calibration.fx = -460; }); }},
+    {"gravity", "Calibration::gravity = nan", [] { Estimate([](auto* o) { o->calibration.gravity = kNaN; }); }},
+    {"an extrinsic rotation", "T_B_C.q.norm() = 2",
+     [] { Estimate([](auto* o) { o->calibration.T_B_C.q.coeffs() *= 2.0; }); }},
+    {"noise", "ImuNoise::gyroscope = 0", [] { Estimate([](auto* o) { o->calibration.noise.gyroscope = 0; }); }},
 };
 
 const std::vector<Case> kMeasurements = {
-    {"measurements out of order", Do([] {
+    {"measurements out of order", "the IMU measurement at t = 0.500000 s is before the one at t = 1.000000 s",
+     [] {
        Estimator estimator({}, MakeVinsPolicy());
        estimator.AddImu({1.0, Vec3(0, 0, 9.81), Vec3::Zero()});
        estimator.AddImu({0.5, Vec3(0, 0, 9.81), Vec3::Zero()});
-     }),
-     "the IMU measurement at t = 0.500000 s is before the one at t = 1.000000 s"},
-    {"a track twice",
-     [] { return Follow([](Recording* r) { r->images[3].tracks.push_back(r->images[3].tracks[0]); }); },
-     "stands twice in the image"},
-    {"a track of NaN", [] { return Follow([](Recording* r) { r->images[3].tracks[0].x[0] = kNaN; }); },
-     "is not finite"},
-    {"a track at 1e160", [] { return Follow([](Recording* r) { r->images[3].tracks[0].x[0] = 1e160; }); },
-     "of the normalized plane, where no lens sees"},
-    {"pixels",
-     [] {
-       return Follow([](Recording* r) {
-         for (Image& image : r->images) {
-           for (TrackedPoint& point : image.tracks) point.x = r->calibration.Pixel(point.x);
-         }
-       });
-     },
-     "are they pixels?"},
-    {"tracks seen once",
-     [] {
-       return Follow([id = 0](Recording* r) mutable {
-         for (Image& image : r->images) {
-           for (TrackedPoint& point : image.tracks) point.id = id++;
-         }
-       });
-     },
-     "no point of an image has the id of one in the image before"},
-    {"no IMU", [] { return Follow([](Recording* r) { r->imu.clear(); }); }, "no IMU for too long"},
-    {"acceleration in g", [] { return ChangeEach([](ImuMeasurement* m) { m->acceleration /= 9.81; }); },
-     "is it in units of g?"},
-    {"rates in degrees", [] { return ChangeEach([](ImuMeasurement* m) { m->gyroscope *= 180.0 / M_PI; }); },
-     "are its rates in rad/s"},
-    {"columns swapped", [] { return ChangeEach([](ImuMeasurement* m) { std::swap(m->acceleration, m->gyroscope); }); },
-     "are their columns swapped?"},
-    {"densities for deviations",
+     }},
+    {"a track twice", "stands twice in the image",
+     [](Recording* r) { r->images[3].tracks.push_back(r->images[3].tracks[0]); }},
+    {"a track of NaN", "is not finite", [](Recording* r) { r->images[3].tracks[0].x[0] = kNaN; }},
+    {"a track at 1e160", "of the normalized plane, where no lens sees",
+     [](Recording* r) { r->images[3].tracks[0].x[0] = 1e160; }},
+    {"pixels", "are they pixels?",
+     [](Recording* r) {
+       for (Image& image : r->images) {
+         for (TrackedPoint& point : image.tracks) point.x = r->calibration.Pixel(point.x);
+       }
+     }},
+    {"tracks seen once", "no point of an image has the id of one in the image before",
+     [id = 0](Recording* r) mutable {
+       for (Image& image : r->images) {
+         for (TrackedPoint& point : image.tracks) point.id = id++;
+       }
+     }},
+    {"no IMU", "no IMU for too long", [](Recording* r) { r->imu.clear(); }},
+    {"acceleration in g", "is it in units of g?",
+     [] { return ChangeEach([](ImuMeasurement* m) { m->acceleration /= 9.81; }); }},
+    {"rates in degrees", "are its rates in rad/s",
+     [] { return ChangeEach([](ImuMeasurement* m) { m->gyroscope *= 180.0 / M_PI; }); }},
+    {"columns swapped", "are their columns swapped?",
+     [] { return ChangeEach([](ImuMeasurement* m) { std::swap(m->acceleration, m->gyroscope); }); }},
+    {"densities for deviations", "if it is a density, set ImuNoise::continuous",
      [] {
        return Follow([](Recording* r) { r->images.resize(20); },
                      [](EstimatorOptions* o) { o->calibration.noise.continuous = false; });
-     },
-     "if it is a density, set ImuNoise::continuous"},
-    {"a start with information of NaN", [] { return StartFrom({}, MatXX::Constant(15, 15, kNaN)); },
-     "StartFrom: J holds a number that is not finite"},
-    {"a start without biases", [] { return StartFrom({}, MatXX::Identity(9, 9)); }, "J must have 15 columns, got 9"},
-    {"a start at NaN",
+     }},
+    {"a start with information of NaN", "StartFrom: J holds a number that is not finite",
+     [] { return StartFrom({}, MatXX::Constant(15, 15, kNaN)); }},
+    {"a start without biases", "J must have 15 columns, got 9", [] { return StartFrom({}, MatXX::Identity(9, 9)); }},
+    {"a start at NaN", "the state holds a number that is not finite",
      [] {
        StampedState state;
        state.v_W[0] = kNaN;
        return StartFrom(state, MatXX::Identity(15, 15));
-     },
-     "the state holds a number that is not finite"},
-    {"a solve that fails",
+     }},
+    {"a solve that fails", "the window's solve failed",
      [] {
        return StartFrom(Flight().truth.front(), MatXX::Identity(15, 15).bottomRows(9),
                         std::make_unique<SingularPolicy>());
-     },
-     "the window's solve failed"},
-    {"measurements for an hour and no image", Do([] {
+     }},
+    {"measurements for an hour and no image", "feed images and measurements in order of time",
+     [] {
        Estimator estimator({}, MakeVinsPolicy());
        for (int k = 0; k < 360'000; ++k) estimator.AddImu({0.01 * k, Vec3(0, 0, 9.81), Vec3::Zero()});
        estimator.AddFrame({1.0, {}});
-     }),
-     "feed images and measurements in order of time"},
-    {"a file that is cut",
-     [] { return ReadChanged("tracks.csv", [](std::string* text) { text->resize(text->size() - 4); }); },
-     "the file ends in the middle of a line; is it cut?"},
-    {"quaternions with the scalar last",
+     }},
+    {"a file that is cut", "the file ends in the middle of a line; is it cut?",
+     [] { return ReadChanged("tracks.csv", [](std::string* text) { text->resize(text->size() - 4); }); }},
+    {"quaternions with the scalar last", "these agree with the gyroscope in the order x, y, z, w",
      [] {
        return ReadChanged("groundtruth.csv", [](std::string* text) {
          std::istringstream lines(*text);
@@ -556,9 +525,9 @@ const std::vector<Case> kMeasurements = {
          }
          *text = changed;
        });
-     },
-     "these agree with the gyroscope in the order x, y, z, w"},
+     }},
     {"TUM's format with the scalar first",
+     "must stand in the order x, y, z, w; these agree with the gyroscope in the order w, x, y, z",
      [] {
        return ReadChanged("groundtruth.csv", [](std::string* text) {
          std::istringstream lines(*text);
@@ -571,8 +540,7 @@ const std::vector<Case> kMeasurements = {
          }
          *text = changed;
        });
-     },
-     "must stand in the order x, y, z, w; these agree with the gyroscope in the order w, x, y, z"},
+     }},
 };
 
 void Check(const std::vector<Case>& cases) {
