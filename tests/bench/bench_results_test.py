@@ -17,6 +17,10 @@ def run(trace, trials=4, peak=10.0):
             "peak_mb": peak, "trace": trace}
 
 
+def lasting(seconds):
+    return run([[0.0, 2.0], [seconds, 1.0]], trials=1)
+
+
 FAST = run([[0.0, 500.0], [0.1, 101.0], [0.2, 100.05], [0.4, 100.0]])
 SLOW = run([[0.0, 500.0], [1.0, 102.0], [2.0, 100.5], [3.0, 100.2]], trials=3, peak=30.0)
 WAY, OTHER = bench.ways_of("bal/49-7776")[:2]
@@ -79,9 +83,7 @@ class Rows(unittest.TestCase):
         self.assertEqual(rows["total"]["peer_way"], WAY)
 
     def test_the_ratio_is_that_of_neighbors_in_time(self):
-        def lasting(seconds):
-            return [run([[0.0, 2.0], [seconds, 1.0]], trials=1)]
-        row = self.rows([lasting(1.0), lasting(2.0), lasting(9.0)], [lasting(3.0), lasting(6.0), lasting(18.0)])["total"]
+        row = self.rows([[lasting(1.0)], [lasting(2.0)], [lasting(9.0)]], [[lasting(3.0)], [lasting(6.0)], [lasting(18.0)]])["total"]
         self.assertAlmostEqual(row["ratio"], 3.0)
         self.assertEqual((row["ours_ms"], row["peer_ms"]), (2000.0, 6000.0))
 
@@ -116,8 +118,6 @@ class Rows(unittest.TestCase):
         self.assertIsNone(self.rows([[FAST]], [[SLOW]])["total"]["ours_bytes"], "a window has no such count")
 
     def test_medians_of_turns(self):
-        def lasting(seconds):
-            return run([[0.0, 2.0], [seconds, 1.0]], trials=1)
         turns = [[lasting(1.0), lasting(1.2), lasting(9.0)], [lasting(5.0)], [lasting(1.4)]]
         self.assertAlmostEqual(self.rows(turns, [])["total"]["ours_ms"], 1400.0)
 

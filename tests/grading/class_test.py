@@ -10,7 +10,6 @@ from types import SimpleNamespace
 from unittest import mock
 
 from tests.folder import FolderTest
-from tests.project import ROOT
 from ch5_backend.course.base.errors import CourseError
 from ch5_backend.course.base.language import speaker
 from ch5_backend.course.__main__ import main

@@ -5,7 +5,6 @@ each stage a right one and a wrong one; with CH5_LONG=1 two and five, with CH5_L
 import os
 import unittest
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 
 from tests.grading.one_stage import READY, Grader
 from ch5_backend.course.base.cmake_build import CORES

@@ -6,7 +6,7 @@ import time
 import unittest
 from pathlib import Path
 
-from tests.project import BUILD, ROOT
+from tests.project import BUILD
 from tests.homework.samples import all_samples, blank_samples
 from ch5_backend.course.grading import job
 from ch5_backend.course.grading.follow_through import blanks_of, follow_through, mended

@@ -24,7 +24,7 @@ from tests.project import BUILD, ROOT
 from ch5_backend.course.base.errors import CourseError
 from ch5_backend.course.grading import job
 from ch5_backend.course.grading.grade import share, tell
-from ch5_backend.course.grading.handed_in import listed, named
+from ch5_backend.course.grading.handed_in import named
 from ch5_backend.course.grading.outputs import gradescope
 from ch5_backend.course.grading.rubric import read_rubric
 from ch5_backend.course.grading.sandbox import Outcome

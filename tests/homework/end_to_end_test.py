@@ -10,7 +10,7 @@ import unittest
 from pathlib import Path
 
 from ch5_backend.course.base.cmake_build import BUILD
-from ch5_backend.course.homework.regions import FILES, fill, solution_text
+from ch5_backend.course.homework.regions import fill, solution_text
 from tests.homework.chinese import english_in
 from tests.homework.hand_in import SKELETONS, hand_in
 
