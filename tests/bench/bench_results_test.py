@@ -100,6 +100,10 @@ class Rows(unittest.TestCase):
         self.assertEqual([row[key] for key in ("peer", "peer_way", "peer_ms", "ratio", "peer_cost", "peer_peak_mb")], [None] * 6)
         self.assertAlmostEqual(row["ours_ms"], 400.0)
         self.assertIn("–", bench.table(list(rows.values())))
+        for columns in (60, 80, 120):  # of a terminal
+            shown = bench.table(list(rows.values()), columns).splitlines()
+            self.assertLessEqual(max(map(len, shown)), columns)
+            self.assertIn("ours ms", shown[0])
         self.assertEqual(peers.kinds_of(list(rows.values())), [])
 
     def test_a_task_has_one_time_for_each_of_its_peers(self):

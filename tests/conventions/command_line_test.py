@@ -3,9 +3,12 @@
 import fcntl
 import json
 import os
+import pty
 import re
 import signal
+import struct
 import subprocess
+import termios
 from importlib import import_module
 from pathlib import Path
 from unittest import mock
@@ -13,6 +16,7 @@ from unittest import mock
 from ch5_backend.course.__main__ import ACTIONS, dispatch
 from ch5_backend.course.base.commands import COMMANDS, make_parser
 from ch5_backend.course.base.errors import CourseError
+from ch5_backend.course.base.language import width
 from tests.folder import FolderTest
 from tests.project import BUILD, ROOT, TINY_BAL
 
@@ -45,6 +49,29 @@ class CommandLine(FolderTest):
             self.assertEqual((done.returncode, done.stderr), (0, ""))
             for command in COMMANDS:
                 self.assertIn(f"./course {command}", done.stdout)
+
+    def test_help_fits_the_terminal_and_cuts_no_word(self):
+        for language in ("C.UTF-8", "zh_CN.UTF-8"):
+            env = {name: value for name, value in os.environ.items() if name != "COLUMNS"} | {"LC_ALL": language}
+            words = re.findall(r"[\w./-]+", course("help", env=env).stdout, re.ASCII)
+            for columns in (60, 80, 120):
+                terminal, side = pty.openpty()
+                fcntl.ioctl(side, termios.TIOCSWINSZ, struct.pack("HHHH", 200, columns, 0, 0))
+                with subprocess.Popen([ROOT / "course", "help"], stdin=subprocess.DEVNULL, stdout=side, env=env) as process:
+                    os.close(side)
+                    with os.fdopen(terminal, "rb", buffering=0) as screen:
+                        shown = b""
+                        try:
+                            while part := screen.read(65536):
+                                shown += part
+                        except OSError:  # the terminal's other side is closed
+                            pass
+                self.assertEqual(process.returncode, 0)
+                self.assertLessEqual(max(map(width, shown.decode().splitlines())), columns)
+                self.assertEqual(re.findall(r"[\w./-]+", shown.decode(), re.ASCII), words)
+                for command in COMMANDS:
+                    with mock.patch.dict(os.environ, env | {"COLUMNS": str(columns)}):
+                        self.assertLessEqual(max(map(width, make_parser(command).format_help().splitlines())), columns, command)
 
     def test_every_command_has_help(self):
         for command in COMMANDS:

@@ -5,8 +5,10 @@ import math
 import os
 import platform
 import re
+import shutil
 import statistics
 import subprocess
+import sys
 import time
 from dataclasses import dataclass, field
 from itertools import product
@@ -19,6 +21,7 @@ from ..base import jsonout
 from ..base.cmake_build import BIN, build_or_fail, data_folder
 from ..base.processes import running
 from ..base.errors import CourseError, warn
+from ..base.language import aligned
 from ..base.progress import Progress
 from ..base.output_dir import locked_dir
 from .programs import figures, run_programs
@@ -112,7 +115,8 @@ def bench(arguments) -> int:
     if arguments.json:
         jsonout.emit({"rows": rows})
     else:
-        print(f"{table(rows)}\n{kinds_table(rows)}\n" + ", ".join(f"{key}: {value}" for key, value in about.items())
+        columns = shutil.get_terminal_size().columns if sys.stdout.isatty() else math.inf
+        print(f"{table(rows, columns)}\n{kinds_table(rows, columns)}\n" + ", ".join(f"{key}: {value}" for key, value in about.items())
               + f"\nThe tables and plots: {out}")
     return 0
 
@@ -367,22 +371,17 @@ def traces_of(case: Case) -> list:
             if turns for seconds, cost in turns[-1][-1]["trace"]]
 
 
-def kinds_table(rows: list) -> str:
-    return "\n".join([f"{'times as fast, one thread':<60} {'mean':>6} {'least':>6} {'most':>6}", *(
-        f"{kind + ', ' + setting + ', ' + question:<60} {mean:6.2f} {least:6.2f} {most:6.2f}  {there} of {every}"
-        for kind, setting, question, mean, least, most, there, every in kinds_of(rows))])
+def kinds_table(rows: list, columns: float = math.inf) -> str:
+    return aligned([("times as fast, one thread", "mean", "least", "most", "problems"), *(
+        (f"{kind}, {setting}, {question}", *(f"{value:.2f}" for value in (mean, least, most)), f"{there} of {every}")
+        for kind, setting, question, mean, least, most, there, every in kinds_of(rows))], columns)
 
 
-def table(rows: list) -> str:
-    def cell(value, width, form):
-        return format("–" if value is None else format(value, form), f">{width}")
-    lines = [f"{'problem':<42} {'setting':<16} threads {'ours ms':>10} {'peer ms':>10} {'ratio':>7} {'ours cost':>14} {'peer cost':>14}"
-             f" {'ours MB':>8} {'peer MB':>8} {'ours B/obs':>10} {'peer B/obs':>10}  peer"]
-    for row in rows:
-        cells = [cell(row[key], width, form) for key, width, form in (
-            ("threads", 7, "d"), ("ours_ms", 10, ".3f"), ("peer_ms", 10, ".3f"), ("ratio", 7, ".2f"),
-            ("ours_cost", 14, ".7g"), ("peer_cost", 14, ".7g"), ("ours_peak_mb", 8, ".1f"), ("peer_peak_mb", 8, ".1f"),
-            ("ours_bytes", 10, ".0f"), ("peer_bytes", 10, ".0f"))]
-        who = " ".join(filter(None, (row["peer"], row["peer_way"])))
-        lines.append(" ".join([f"{row['problem']:<42} {row['setting'] or '':<16}", *cells, "", who]))
-    return "\n".join(lines)
+def table(rows: list, columns: float = math.inf) -> str:
+    shown = (("ratio", "ratio", ".2f"), ("ours_ms", "ours ms", ".3f"), ("peer_ms", "peer ms", ".3f"), ("threads", "threads", "d"),
+             ("setting", "setting", ""), ("ours_cost", "ours cost", ".7g"), ("peer_cost", "peer cost", ".7g"),
+             ("ours_peak_mb", "ours MB", ".1f"), ("peer_peak_mb", "peer MB", ".1f"), ("ours_bytes", "ours B/obs", ".0f"),
+             ("peer_bytes", "peer B/obs", ".0f"))
+    return aligned([("problem", *(name for _, name, _ in shown), "peer"), *(
+        (row["problem"], *("–" if row[key] is None else format(row[key], form) for key, _, form in shown),
+         " ".join(filter(None, (row["peer"], row["peer_way"])))) for row in rows)], columns)

@@ -58,7 +58,7 @@ def fold(text: str, columns: int) -> str:
 
 
 def fold_line(line: str, columns: int) -> str:
-    head = re.match(r"\s*(?:\S+\s{2,})?", line)[0]  # the part before a sentence, such as a label
+    head = re.match(r"\s*(?:\S+(?: \S+){0,3}\s{2,})?", line)[0]  # the part before a sentence, such as a label
     if width(line) <= columns or "  " in line[len(head):] or width(head) > columns // 2:
         return line
     lines, room = [head], columns
@@ -68,6 +68,15 @@ def fold_line(line: str, columns: int) -> str:
         else:
             lines[-1] += word
     return "\n".join(lines)
+
+
+def aligned(rows: list, columns: float) -> str:
+    """Rows of cells, the first to the left and the others to the right; the last columns only as far as there is room."""
+    widths = [max(map(width, column)) for column in zip(*rows)]
+    while len(widths) > 1 and sum(widths) + 2 * (len(widths) - 1) > columns:
+        widths.pop()
+    return "\n".join("  ".join([pad(row[0], widths[0]), *(" " * (wide - width(cell)) + cell for cell, wide in zip(row[1:], widths[1:]))]).rstrip()
+                     for row in rows)
 
 
 class Speaker:
