@@ -177,34 +177,39 @@ def stages_of(experiment):
     return [stage for stage in STAGES if stage["id"] in EXPERIMENTS[experiment]]
 
 
-def said_of(mine, experiment, say):
-    """The finding, or that there is nothing of the student's in the experiment yet."""
-    return say("mine.nothing_yet") if mark(mine, experiment, say) == "–" else told(mine.finding(experiment), say)
-
-
-def mark(mine, experiment, say):
-    """✓ where the student's lines do the same, – where there are none of them, ✗ otherwise."""
-    if not mine.finding(experiment).same:
-        return "✗"
-    return "✓" if any(todo in mine.files[stage["file"]]["own"] for stage in stages_of(experiment) for todo in stage["todos"]) else "–"
+def verdicts(mine, experiment, say):
+    """(stage, mark, sentence) of each stage: ✓ where the student's lines do the same, ✗ where theirs are the first to differ,
+    – where there are none of them, or an earlier stage's difference goes into it."""
+    wrong, found = mine.wrong_stage(experiment), mine.finding(experiment)
+    for stage in stages_of(experiment):
+        if wrong == stage["id"]:
+            yield stage, "✗", told(found, say)
+        elif wrong and wrong < stage["id"]:
+            yield stage, "–", say("mine.not_judged", stage=wrong)
+        elif any(todo in mine.files[stage["file"]]["own"] for todo in stage["todos"]):
+            yield stage, "✓", say("mine.same")
+        else:
+            yield stage, "–", say("mine.nothing_yet")
 
 
 def all_own(mine, say):
-    return all(mark(mine, experiment, say) == "✓" for experiment in mine.failures) and len(mine.failures) == len(EXPERIMENTS) and \
-        all(whose(mine, stage, say) == say("mine.yours") for stage in STAGES)
+    return len(mine.failures) == len(EXPERIMENTS) and all(
+        mark == "✓" and whose(mine, stage, say) == say("mine.yours")
+        for experiment in mine.failures for stage, mark, _ in verdicts(mine, experiment, say))
 
 
 def body_of(directory, mine, say):
     """The page's pieces."""
     rows = []
     for experiment in mine.failures:
-        for stage in stages_of(experiment):
-            rows.append((f"{stage['id']} {stage['name']}", whose(mine, stage, say), f"{mark(mine, experiment, say)} {said_of(mine, experiment, say)}"))
+        for stage, mark, sentence in verdicts(mine, experiment, say):
+            rows.append((f"{stage['id']} {stage['name']}", whose(mine, stage, say), f"{mark} {sentence}"))
     body = [*page.opening(say("mine.heading"), say("mine.lead"), say, PAGES),
             page.table((say("mine.stage"), say("mine.lines"), say("mine.finding")), rows, "words said")]
     for experiment in mine.failures:
         ids = say("list").join(EXPERIMENTS[experiment])
-        picture = page.figure(directory, f"mine_{experiment}", f"{say(f'mine.{experiment}.caption')} {said_of(mine, experiment, say)}",
+        found = " ".join(dict.fromkeys(sentence for _, _, sentence in verdicts(mine, experiment, say)))
+        picture = page.figure(directory, f"mine_{experiment}", f"{say(f'mine.{experiment}.caption')} {found}",
                               say(f"mine.{experiment}"), say)
         body.append(page.PIECES.section(experiment, say("mine.section", stages=ids, title=say(f"mine.{experiment}")), [picture]))
     if all_own(mine, say):
@@ -221,8 +226,8 @@ def make(directory, language):
     page.write_all(directory, "mine.heading", lambda place, say: body_of(place, mine, say), PAGES)
     say = Words(language)
     for experiment in mine.failures:
-        line = say("mine.line", title=say(f"mine.{experiment}"), finding=said_of(mine, experiment, say))
-        print(f"{mark(mine, experiment, say)} {', '.join(EXPERIMENTS[experiment]):<9} {line}")
+        for stage, mark, sentence in verdicts(mine, experiment, say):
+            print(f"{mark} {stage['id']:<9} {say('mine.line', title=say(f'mine.{experiment}'), finding=sentence)}")
     for stage in STAGES:
         if any(stage["id"] in EXPERIMENTS[experiment] for experiment in mine.failures) and whose(mine, stage, say) != say("mine.yours"):
             print(f"  {stage['id']:<9} {whose(mine, stage, say)}")

@@ -5,7 +5,9 @@ import tempfile
 import unittest
 from pathlib import Path
 
+from ch5_backend.figures import mine as page
 from ch5_backend.figures.numbers.mine import Mine
+from ch5_backend.figures.words import Words
 
 HEADER = "image,t_s,x_m,y_m,z_m\n"
 
@@ -23,3 +25,28 @@ class MineNumbers(unittest.TestCase):
             found = Mine(folder).finding("vins")
         self.assertEqual(found.key, "flight")
         self.assertEqual((found.values["image"], found.values["t"], found.values["apart"]), (3, 0.3, 1.0))
+
+    def test_a_consequence_is_not_judged(self):
+        """A wrong S is stage 1.2's: 1.1 is right, and the weights, which need the solver, say nothing of stage 3."""
+        def wrong(H, S, matrices=True, failure=""):
+            with tempfile.TemporaryDirectory() as folder:
+                for side, (h, s) in (("own", (H, S)), ("solution", (1, 1))):
+                    for name, table, text in (("hessian", "matrices", f"matrix,row,column,value\nH,0,0,{h}\n" + (f"S,0,0,{s}\n" if s else "")),
+                                              ("hessian", "convergence", "iteration,cost,lambda\n0,1,\n"),
+                                              ("weights", "weights", f"variant,weight,iterations,cost\ncourse,1,3,{h + s}\n")):
+                        place = Path(folder) / "mine" / name / side
+                        place.mkdir(parents=True, exist_ok=True)
+                        if side == "solution" or matrices or table != "matrices":
+                            (place / f"{table}.csv").write_text(text)
+                files = {stage["file"]: {"errors": None, "unfinished": {}, "own": stage["todos"]} for stage in page.STAGES[::-1]}
+                files["problem.cc"]["own"] = ["1.1a", "1.2a"]
+                runs = {"files": files, "experiments": {"hessian": failure, "weights": ""}}
+                (Path(folder) / "mine" / "runs.json").write_text(json.dumps(runs))
+                mine = Mine(folder)
+                return [mark for name in runs["experiments"] for _, mark, _ in page.verdicts(mine, name, Words("en"))]
+
+        self.assertEqual(wrong(1, 1), ["✓", "✓", "✓"])
+        self.assertEqual(wrong(1, 2), ["✓", "✗", "–"])
+        self.assertEqual(wrong(2, 2), ["✗", "–", "–"])
+        self.assertEqual(wrong(1, 0, failure="Assertion failed"), ["✓", "✗", "–"], "S is not there")
+        self.assertEqual(wrong(1, 1, matrices=False, failure="signal 11"), ["✗", "–", "–"])

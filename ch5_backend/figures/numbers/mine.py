@@ -11,6 +11,7 @@ from ..tables import TableError, read_table
 EXPERIMENTS = {"hessian": ("1.1", "1.2"), "marginal": ("2",), "weights": ("3",), "gauge": ("4",), "okvis": ("5",),
                "vins": ("6",), "blocks": ("7",), "beacons": ("8",)}
 FLIGHTS = ("okvis", "vins")
+BUILT_ON = {"weights": "hessian"}  # whose H and solver are the student's too
 SAME = 1e-6       # relative: other orders of summation stay far below
 SAME_PATH = 1e-3  # [m]
 
@@ -60,6 +61,17 @@ class Mine:
         failure = self.failures[experiment]
         return Finding("failed", {"message": failure}) if failure and found.same else found
 
+    def wrong_stage(self, experiment):
+        """The stage whose lines the first difference shows, be it one that another experiment tries; None without any."""
+        before = BUILT_ON.get(experiment)
+        if before in self.failures and (wrong := self.wrong_stage(before)):
+            return wrong
+        found = self.finding(experiment)
+        if found.same:
+            return None
+        is_first = self.table(experiment, "own", "matrices") is None or found.values.get("name") in ("H", "b")
+        return EXPERIMENTS[experiment][0 if is_first else -1]
+
     # ---- Where two tables first differ --------------------------------------------------------------------------
 
     def _hessian(self, experiment):
@@ -71,6 +83,8 @@ class Mine:
         if own is None:
             return self._nothing(experiment)
         for name in dict.fromkeys(solution["matrix"].tolist()):
+            if self.failures[experiment] and name not in own["matrix"]:
+                return self._nothing(experiment)
             a, b = (dense_of(table, name, solution) for table in (own, solution))
             wrong = different(a, b)
             if wrong.any():
