@@ -42,13 +42,10 @@ class Columns(unittest.TestCase):
 class Tables(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.folder = tempfile.TemporaryDirectory()
-        cls.out = Path(cls.folder.name) / "out"
+        folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(folder.cleanup)
+        cls.out = Path(folder.name) / "out"
         cls.done = run(CHAPTER, "--out", cls.out)
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.folder.cleanup()
 
     def test_chapter_succeeds_and_is_quiet_in_a_pipe(self):
         self.assertEqual((self.done.returncode, self.done.stdout, self.done.stderr), (0, "", ""))
