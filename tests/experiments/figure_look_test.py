@@ -37,6 +37,12 @@ def small_words(figure, shown):
             if text.get_visible() and text.get_text().strip() and text.get_fontsize() * pixels < LEAST - 1e-6 and in_sight(text)]
 
 
+def weak_words(figure):
+    """Words too pale for paper; white ones stand on something dark."""
+    return [f"weak: {text.get_text()!r}" for text in figure.findobj(Text)
+            if text.get_visible() and text.get_text().strip() and 1.0 < style.contrast(text.get_color()) < 4.5]
+
+
 def cut_words(figure):
     """Texts that reach over the edge of the figure."""
     renderer, paper = figure.canvas.get_renderer(), figure.bbox.padded(1)
@@ -131,7 +137,7 @@ def english_left(figure):
 
 def faults(figure, shown=SHOWN):
     figure.canvas.draw()
-    return [*small_words(figure, shown), *cut_words(figure), *hidden_data(figure), *unseen_curves(figure), *alike_in_gray(figure)]
+    return [*small_words(figure, shown), *weak_words(figure), *cut_words(figure), *hidden_data(figure), *unseen_curves(figure), *alike_in_gray(figure)]
 
 
 class Look(unittest.TestCase):
@@ -143,6 +149,7 @@ class Look(unittest.TestCase):
 
         def measure(figure, directory, name):
             style.tell_apart(figure)
+            style.darken_words(figure)
             found[name] = [*faults(figure), *english_left(figure)]
             style.plt.close(figure)
         with mock.patch.object(style, "save", measure):
