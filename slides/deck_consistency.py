@@ -106,14 +106,3 @@ def ablation(slide, tables, say):
             axes.axhline(6, color=MUTED, linewidth=1)
         else:
             slide.legend(axes, 60, 10, columns=3)
-
-
-@FIGURES.figure(1120, 400, "What a preintegration claims, and what is measured")
-def imu(slide, tables, say):
-    """Over its length, and over the rate of the IMU."""
-    axes = slide.axes((70, 75, 440, 255), title=say("σ [m, rad, m/s]"), below=say("length [s]"))
-    systems.preintegration_length(axes, KEPT, say)
-    slide.legend(axes, 60, 10, columns=3)
-    axes = slide.axes((660, 75, 440, 255), title=say("claimed σ / measured σ"), below=say("rate of the IMU [Hz]"))
-    systems.preintegration_rate(axes, KEPT, say)
-    slide.legend(axes, 650, 10, columns=2)

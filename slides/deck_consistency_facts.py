@@ -4,7 +4,7 @@ from math import degrees, sqrt
 
 import numpy as np
 
-from ch5_backend.figures.numbers.systems import WAYS, rotation_by_sample
+from ch5_backend.figures.numbers.systems import WAYS
 from ch5_backend.figures.numbers.windows import KEPT, consistency, kept_summary, leak
 from ch5_backend.figures.style import percent
 from ch5_backend.figures.systems import nees_of
@@ -74,15 +74,4 @@ def ablation_facts(_):
     return facts
 
 
-def imu_facts(_):
-    rows = KEPT("preintegration")
-    ratio = rows["claimed"] / rows["measured"]
-    share = rotation_by_sample(KEPT)
-    tuned, fast = 200, 1600
-    draws = typed_in("ch5_backend/experiments/studies/systems/preintegration.cc", r"kDraws = (\d+)")
-    return {"imu.draws": draws, "imu.worst": percent(np.abs(ratio - 1).max()),
-            "imu.tuned": str(tuned), "imu.fast": str(fast), "imu.vins_tuned": percent(share[tuned]),
-            "imu.vins_fast": percent(share[fast])}
-
-
-facts = gathered(hand_facts, consistency_facts, leak_facts, band_facts, ablation_facts, imu_facts)
+facts = gathered(hand_facts, consistency_facts, leak_facts, band_facts, ablation_facts)

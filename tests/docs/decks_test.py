@@ -156,7 +156,7 @@ class Decks(unittest.TestCase):
                 self.assertIn(stage, STAGES, deck.name)
 
     def test_tables_are_made_for_the_decks_that_are_named(self):
-        for names, wanted in ((["2-solvers.en"], ["slides/2"]), ([], [f"slides/{number}" for number in range(1, 7)])):
+        for names, wanted in ((["2-solvers.en"], ["slides/2"]), ([], [f"slides/{number}" for number in range(1, 8)])):
             with mock.patch.object(command, "build_decks", return_value=0), mock.patch.object(command, "make_missing") as make:
                 command.slides(Namespace(html=True, check=False, names=names), [])
             self.assertEqual([one.name for one in make.call_args[0][0]], wanted)

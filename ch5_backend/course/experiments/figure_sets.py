@@ -84,6 +84,7 @@ SETS = (
     of_deck(4, "gauge_paper gauge_prior_choice"),
     of_deck(5),
     of_deck(6, "chapter"),
+    of_deck(7, "chapter"),
     FigureSet("nees", "nees", csv("consistency consistency_summary"), "ch5_nees --out {folder}",
               "ch5_backend.figures.nees {folder}", (240, 3), quick=("--runs 4 --seconds 6", 2)),
     FigureSet("systems", "systems", csv(" ".join(SYSTEMS)), "ch5_systems --data {data}", "ch5_backend.figures.systems {folder}",
