@@ -62,9 +62,7 @@ struct Mistake {
   std::string todo;  ///< "1.1b"
   Text cause;        ///< "assembly.mirror_missing"
   MatXX answer;
-  bool is_of_sign = false;  ///< a term is added, not subtracted: then it may also be found any other number of times
 };
-constexpr bool kOfSign = true;
 
 /// The likelier ones first; of a function, which is called only where something is wrong.
 class Mistakes {
@@ -122,6 +120,7 @@ struct Check {
   Names rows = {}, columns = {};
   double tolerance = 1e-10;
   Mistakes mistakes = {};  ///< those that are no slips in the formula
+  Mistakes vaguer = {};    ///< what else may be said, if neither they nor slips explain it
 };
 /// The same with the value of a formula, one of whose slips may explain the difference.
 void Require(const Check& check, const formula::Formula& right, const MatXX& got);

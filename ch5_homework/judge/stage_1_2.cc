@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include "ch5_homework/judge/ask.h"
-#include "ch5_homework/judge/mistakes/formula.h"
 #include "ch5_homework/judge/oracle.h"
 #include "ch5_homework/judge/right/formulas.h"
 #include "ch5_homework/judge/scenes/bundle.h"
@@ -43,7 +42,7 @@ std::vector<Solved> Solve(Scene* scene, const System& system, const VecX& lambda
 void CheckCall(const Solved& got, const Ordering& ordering, const System& system, double lambda, Damping damping,
                const Text& scene) {
   const VecX& delta_x = got.delta_x;
-  const auto with = [&](const char* quantity) { return With(Word(quantity), scene, lambda, damping); };
+  const auto with = [&](const char* quantity) { return right::With(Word(quantity), scene, lambda, damping); };
   const Names names = RowNames(ordering);
   const right::SchurSolve right(system, ordering, lambda, damping);
   // Solving the whole system without a Schur complement is right too: then there is none to compare.
@@ -127,9 +126,9 @@ TEST(Stage12, BundleAdjustmentWithManyLambdas) {
     const Solved& got = calls[k];
     CheckCall(got, ordering, system, lambdas[static_cast<Eigen::Index>(k)], Damping::kIdentity, "1.2.course_scene");
     Require("1.2", "1.2.hessian_after_call", system.H, got.H, RowNames(ordering),
-            {{"1.2a", ChangedInPlace("Hessian_", "H"), got.H}});
+            {{"1.2a", right::ChangedInPlace("Hessian_", "H"), got.H}});
     Require("1.2", "1.2.b_after_call", system.b, got.b, RowNames(ordering),
-            {{"1.2b", ChangedInPlace("b_", "b_pp_schur_"), got.b}});
+            {{"1.2b", right::ChangedInPlace("b_", "b_pp_schur_"), got.b}});
   }
 }
 

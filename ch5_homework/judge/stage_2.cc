@@ -5,14 +5,11 @@
 #include <array>
 
 #include "ch5_homework/judge/ask.h"
-#include "ch5_homework/judge/mistakes/stage_2.h"
 #include "ch5_homework/judge/oracle.h"
 #include "ch5_homework/judge/right/formulas.h"
 
 namespace ch5::homework {
 namespace {
-
-using namespace stage_2;
 
 /// Variables idx … idx + dim − 1 leave H x = b.
 struct Marginalization {
@@ -28,49 +25,52 @@ struct Marginalization {
   int n() const { return static_cast<int>(H.rows()); }
 };
 
-void CheckMove(const Marginalization& c, const Order& order, const MarginalizeResult& result) {
-  const System right{Move(c.H, order), MoveRows(c.b, order)};
-  const right::Prior prior(right, {c.H, c.b}, c.dim);
-  // In the columns before idx rows alone move.
-  const bool rows_are_right = c.idx > 0 && result.H_moved.cols() >= c.idx &&
-                              Equal(result.H_moved.leftCols(c.idx), right.H.leftCols(c.idx), 1e-12);
-  Require(
-      "2", c.Of("2.H_marg_after_move"), right.H, result.H_moved, VariableNames(order),
-      [&] {
-        std::vector<Mistake> mistakes = MoveMistakes(c.H, order, c.idx, c.dim);
-        mistakes.push_back({"2d", {"2.changed_in_place", {{"it", Word("H_marg")}}}, right.H});
-        mistakes.back().answer.topLeftCorner(order.size() - c.dim, order.size() - c.dim) = Value(prior.H.right);
-        return mistakes;
-      },
-      1e-12, rows_are_right ? "2b" : "2a", "H_marg");
-  Require(
-      "2", c.Of("2.b_marg_after_move"), right.b, result.b_moved, VariableNames(order),
-      [&] {
-        std::vector<Mistake> mistakes = MoveMistakesInB(c.b, order, c.idx, c.dim);
-        mistakes.push_back({"2d", {"2.changed_in_place", {{"it", Word("b_marg")}}}, right.b});
-        mistakes.back().answer.topRows(order.size() - c.dim) = Value(prior.b.right);
-        return mistakes;
-      },
-      1e-12, "2a", "b_marg");
+// "variable 3 of the given H"
+Names VariableNames(const right::Order& order) {
+  Names names;
+  for (const int k : order) names.push_back({"2.variable_given_H", {{"n", Word(k)}}});
+  return names;
 }
 
-void CheckPrior(const Marginalization& c, const Order& order, const MarginalizeResult& result) {
-  const right::Prior right({Move(c.H, order), MoveRows(c.b, order)}, {c.H, c.b}, c.dim);
-  Require({"2", c.Of(Word("H_prior = A_rr − A_rm A_mm⁻¹ A_mr")), "2d", "H_prior", VariableNames(order), {}, 1e-9},
-          right.H, result.H_prior);
-  Require({"2", c.Of(Word("b_prior = b_r − A_rm A_mm⁻¹ b_m")), "2d", "b_prior", VariableNames(order), {}, 1e-9},
-          right.b, result.b_prior);
+void CheckMove(const Marginalization& c, const right::Moved& right, const right::Prior& prior,
+               const MarginalizeResult& got) {
+  const MatXX &H = Value(right.H.right), &b = Value(right.b.right);
+  const Names names = VariableNames(right.order);
+  // In the columns before idx rows alone move.
+  const bool rows_are_right =
+      c.idx > 0 && got.H_moved.cols() >= c.idx && Equal(got.H_moved.leftCols(c.idx), H.leftCols(c.idx), 1e-12);
+  const auto reduced = [](const char* it, MatXX moved, const MatXX& prior) {
+    moved.topLeftCorner(prior.rows(), prior.cols()) = prior;
+    return Mistakes{{"2d", {"2.changed_in_place", {{"it", Word(std::string(it))}}}, moved}};
+  };
+  Require({"2",
+           c.Of("2.H_marg_after_move"),
+           rows_are_right ? "2b" : "2a",
+           "H_marg",
+           names,
+           {},
+           1e-12,
+           reduced("H_marg", H, Value(prior.H.right))},
+          right.H, got.H_moved);
+  Require(
+      {"2", c.Of("2.b_marg_after_move"), "2a", "b_marg", names, {}, 1e-12, reduced("b_marg", b, Value(prior.b.right))},
+      right.b, got.b_moved);
 }
 
 void CheckMarginalize(const MatXX& H, const VecX& b, int idx, int dim) {
   const Marginalization c{H, b, idx, dim};
   const Answer got = Ask("TestMarginalize", {{"H", H}, {"b", b}, {"idx", idx}, {"dim", dim}});
   const MarginalizeResult result{got["H_moved"], got.Vector("b_moved"), got["H_prior"], got.Vector("b_prior")};
-  const int n = static_cast<int>(H.rows());
-  const Order exchanged = Exchanging(n, idx, dim);
-  const Order order = Equal(result.H_moved, Move(H, exchanged), 1e-12) ? exchanged : KeepingOrder(n, idx, dim);
-  CheckMove(c, order, result);
-  CheckPrior(c, order, result);
+  const right::Moved exchanged({H, b}, idx, dim, true), keeping({H, b}, idx, dim, false);
+  const bool is_exchanged = Equal(result.H_moved, Value(exchanged.H.right), 1e-12);
+  const right::Moved& moved = is_exchanged ? exchanged : keeping;
+  const right::Prior prior({Value(moved.H.right), Value(moved.b.right)}, {H, b}, dim);
+  CheckMove(c, moved, prior, result);
+  const Names names = VariableNames(moved.order);
+  Require({"2", c.Of(Word("H_prior = A_rr − A_rm A_mm⁻¹ A_mr")), "2d", "H_prior", names, {}, 1e-9}, prior.H,
+          result.H_prior);
+  Require({"2", c.Of(Word("b_prior = b_r − A_rm A_mm⁻¹ b_m")), "2d", "b_prior", names, {}, 1e-9}, prior.b,
+          result.b_prior);
 }
 
 void CheckRandom(int n, int idx, int dim) {

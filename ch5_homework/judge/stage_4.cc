@@ -8,13 +8,11 @@
 #include <optional>
 
 #include "ch5_homework/judge/ask.h"
-#include "ch5_homework/judge/mistakes/stage_4.h"
+#include "ch5_homework/judge/right/gauge_freedom.h"
 #include "ch5_homework/judge/stage_4_scene.h"
 
 namespace ch5::homework {
 namespace {
-
-using namespace stage_4;
 
 constexpr GaugeGroup kGroups[] = {GaugeGroup::kVisualInertial, GaugeGroup::kMonocular};
 constexpr double kTolerance = 1e-7;            // of numerical derivatives
@@ -49,46 +47,54 @@ MatXX Transformed(const MatXX& covariance, const MatXX& motion, const MatXX& Q, 
 
 // ---- 4a, the rows of a pose -----------------------------------------------------------------------------------------
 
-// The blocks of a pose one by one, so that each mistake is named whatever the other blocks are.
-void CheckPose(const VertexPose& pose, const MatXX& U, const MatXX& right, GaugeGroup group) {
-  const PoseMistakes mistakes(pose, group);
-  const Eigen::Index k = mistakes.axes.cols();
-  const auto check = [&](const Text& what, const MatXX& expected, const MatXX& got, const std::string& row,
-                         const Names& columns, const std::vector<Mistake>& typical) {
-    Require("4", {"4.rows_pose", {{"what", what}, {"system", NameOf(group)}}}, expected, got,
-            Words({row + ".x", row + ".y", row + ".z"}), typical, kTolerance, "4a", {}, columns);
-  };
-  const Names all = DirectionNames(group), shifts(all.begin(), all.begin() + 3),
-              turns(all.begin() + 3, all.begin() + 3 + k);
-  const MatXX I = MatXX::Identity(3, 3);
-  check("4.shift_of_position", right.topLeftCorner(3, 3), U.topLeftCorner(3, 3), "δp", shifts,
-        mistakes.InShifts(U.block(3, 0, 3, 3)));
-  check("4.turn_of_position", right.block(0, 3, 3, k), U.block(0, 3, 3, k), "δp", turns,
-        mistakes.InTurnsOfThePosition());
-  check("4.turn_of_rotation", right.block(3, 3, 3, k), U.block(3, 3, 3, k), "δθ", turns,
-        mistakes.InTurnsOfTheRotation());
-  check("4.shift_of_rotation", I, I + U.block(3, 0, 3, 3), "δθ", shifts, {{"4a", "4.shift_turns_nothing", 2.0 * I}});
+// Three rows block by block, so that a mistake is named whatever the other blocks are.
+void CheckBlock(const Text& what, const formula::Formula& right, const MatXX& got, const std::string& row,
+                const Names& columns, const std::string& todo) {
+  Require({"4", what, todo, {}, Words({row + ".x", row + ".y", row + ".z"}), columns, kTolerance}, right, got);
 }
 
-// Paper and pencil: R takes x to y, y to z and z to x; p = (2, 1, 0).
-TEST(Stage4, APoseOnPaper) {
-  GraphScene scene("pose on paper");
-  MatXX right = MatXX::Zero(6, 4);
-  right.topLeftCorner<3, 3>().setIdentity();
-  right.col(3) << -1, 2, 0, 0, 1, 0;
-  const MatXX U = NullSpace(scene, GaugeGroup::kVisualInertial);
-  CheckPose(dynamic_cast<const VertexPose&>(*scene.vertices[0]), U, right, GaugeGroup::kVisualInertial);
+Names Shifts(GaugeGroup group) {
+  const Names all = DirectionNames(group);
+  return {all.begin(), all.begin() + 3};
+}
+
+Names Turns(GaugeGroup group) {
+  const Names all = DirectionNames(group);
+  return {all.begin() + 3, all.begin() + 3 + AxesOf(group).cols()};
+}
+
+// A shift of the world leaves these rows alone.
+const formula::Formula& Unshifted() {
+  static const formula::Formula right{formula::Matrix("I", MatXX::Identity(3, 3))};
+  return right;
+}
+
+void CheckPose(const VertexPose& pose, const MatXX& U, GaugeGroup group) {
+  const right::PoseRows right(pose.p(), pose.R(), AxesOf(group));
+  const Eigen::Index k = AxesOf(group).cols();
+  const auto of = [&](const char* what) { return Text("4.rows_pose", {{"what", what}, {"system", NameOf(group)}}); };
+  const MatXX shift = U.block(3, 0, 3, 3) + MatXX::Identity(3, 3);
+  CheckBlock(of("4.turn_of_position"), right.dp_domega, U.block(0, 3, 3, k), "δp", Turns(group), "4a");
+  CheckBlock(of("4.turn_of_rotation"), right.dtheta_domega, U.block(3, 3, 3, k), "δθ", Turns(group), "4a");
+  CheckBlock(of("4.shift_of_position"), right.dp_dt, U.topLeftCorner(3, 3), "δp", Shifts(group), "4a");
+  CheckBlock(of("4.shift_of_rotation"), Unshifted(), shift, "δθ", Shifts(group), "4a");
 }
 
 TEST(Stage4, APoseMovesWithTheWorld) {
   for (const GaugeGroup group : kGroups) {
     GraphScene scene("vertices of a type", {0, 5, 83});
     for (size_t k = 0; k < scene.vertices.size(); ++k) {
-      const auto& pose = scene.vertices[k];
-      CheckPose(dynamic_cast<const VertexPose&>(*pose), NullSpace(scene, group, static_cast<int>(k)),
-                NumericNullSpace({pose}, group), group);
+      CheckPose(dynamic_cast<const VertexPose&>(*scene.vertices[k]), NullSpace(scene, group, static_cast<int>(k)),
+                group);
     }
   }
+}
+
+// Paper and pencil: R takes x to y, y to z and z to x; p = (2, 1, 0).
+TEST(Stage4, APoseOnPaper) {
+  GraphScene scene("pose on paper");
+  CheckPose(dynamic_cast<const VertexPose&>(*scene.vertices[0]), NullSpace(scene, GaugeGroup::kVisualInertial),
+            GaugeGroup::kVisualInertial);
 }
 
 // ---- 4b, the rows of a velocity -------------------------------------------------------------------------------------
@@ -97,22 +103,13 @@ TEST(Stage4, AVelocityTurnsAndIsNotShifted) {
   for (const GaugeGroup group : kGroups) {
     GraphScene scene("vertices of a type", {1, 5, 89});
     for (size_t vertex = 0; vertex < scene.vertices.size(); ++vertex) {
-      const auto& speed = scene.vertices[vertex];
-      const Eigen::Index columns = 3 + AxesOf(group).cols();
-      const MatXX right = NumericNullSpace({speed}, group).topLeftCorner(3, columns);
-      const MatXX got = NullSpace(scene, group, static_cast<int>(vertex)).topLeftCorner(3, columns);
-      const MatXX turn = Hat(dynamic_cast<const VertexSpeedBias&>(*speed).v()) * AxesOf(group);
-      const auto rows = [&](const MatXX& left, const MatXX& turns) {
-        return MatXX((MatXX(3, columns) << left, turns).finished());
-      };
-      const MatXX O = MatXX::Zero(3, 3), I = MatXX::Identity(3, 3);
-      Require("4", {"4.U_rows_velocity", {{"system", NameOf(group)}}}, right, got, Words({"δv.x", "δv.y", "δv.z"}),
-              {{"4b", "4.rows_still_zero", rows(O, O.leftCols(columns - 3))},
-               {"4b", {"4.sign_of_omega", {{"p", Word("v")}}}, rows(O, turn)},
-               {"4b", "4.velocity_not_shifted", rows(I, -turn)},
-               {"4b", "4.velocity_not_shifted_and_sign", rows(I, turn)},
-               {"4b", {"4.axes_alone", {{"p", Word("v")}}}, rows(O, AxesOf(group))}},
-              kTolerance, "4b", {}, DirectionNames(group));
+      const auto& speed = dynamic_cast<const VertexSpeedBias&>(*scene.vertices[vertex]);
+      const MatXX U = NullSpace(scene, group, static_cast<int>(vertex)), axes = AxesOf(group);
+      const auto of = [&](const char* what) { return Text(what, {{"system", NameOf(group)}}); };
+      CheckBlock(of("4.shift_of_velocity"), Unshifted(), U.topLeftCorner(3, 3) + MatXX::Identity(3, 3), "δv",
+                 Shifts(group), "4b");
+      CheckBlock(of("4.turn_of_velocity"), right::VelocityTurned(speed.v(), axes), U.block(0, 3, 3, axes.cols()), "δv",
+                 Turns(group), "4b");
     }
   }
 }
@@ -133,29 +130,7 @@ TEST(Stage4, TheNullSpaceIsTheDerivativeOfTheWorldsMotion) {
 // ---- 4c, the projection ---------------------------------------------------------------------------------------------
 
 void CheckProjection(const MatXX& U, const MatXX& V, const Names& names, const Text& what) {
-  const MatXX I = MatXX::Identity(U.rows(), U.rows()), Vt = V.transpose(), A = Vt * U;
-  const auto minus = [&](const MatXX& lost) { return MatXX(I - lost); };
-  const MatXX right = ProjectionByItsEffect(U, V), lost = I - right;
-  Require("4", what, right, Projection(U, V), names,
-          {{"4c", "4.Q_still_identity", I},
-           {"4c", "4.U_V_exchanged", right.transpose()},
-           {"4c", SignAdded("U (VᵀU)⁻¹ Vᵀ"), I + lost, kOfSign},
-           {"4c", "4.lost_part_itself", lost},
-           {"4c", "4.identity_lost", -lost},
-           {"4c", "4.UTV_inv_for_VTU_inv", minus(U * A.transpose().inverse() * Vt)},
-           {"4c", "4.VTU_inv_missing", minus(U * Vt)},
-           {"4c", InverseMeant("VᵀU"), minus(U * A * Vt)},
-           {"4c", {"formula.inverse_twice", {{"inverse", Word("(VᵀU)⁻¹")}}}, minus(U * A.inverse() * A.inverse() * Vt)},
-           {"4c", StandsFor("VᵀV", "VᵀU"), minus(U * (V.transpose() * V).inverse() * Vt)},
-           {"4c", "4.V_for_U", minus(V * A.inverse() * Vt)},
-           {"4c", "4.U_for_V", minus(U * A.inverse() * U.transpose())},
-           {"4c", "4.V_nowhere", minus(U * (U.transpose() * U).inverse() * U.transpose())}},
-          1e-9, "4c", "Q");
-}
-
-// Two scalars and their difference: U = (1, 1)ᵀ, and the first is held.
-TEST(Stage4, TheProjectionOnPaper) {
-  CheckProjection(Vec2(1, 1), Vec2(1, 0), Words({"x1", "x2"}), "4.Q_of_two_scalars");
+  Require({"4", what, "4c", "Q", names, {}, 1e-9}, right::Projection(U, V), Projection(U, V));
 }
 
 TEST(Stage4, TheProjectionEndsInTheGaugeWhateverUAndVAre) {
@@ -166,6 +141,11 @@ TEST(Stage4, TheProjectionEndsInTheGaugeWhateverUAndVAre) {
     CheckProjection(U, V, {},
                     {"4.Q_of_random_U_V", {{"size", Word(std::to_string(n) + "×" + std::to_string(columns))}}});
   }
+}
+
+// Two scalars and their difference: U = (1, 1)ᵀ, and the first is held.
+TEST(Stage4, TheProjectionOnPaper) {
+  CheckProjection(Vec2(1, 1), Vec2(1, 0), Words({"x1", "x2"}), "4.Q_of_two_scalars");
 }
 
 TEST(Stage4, TheProjectionRemovesTheGaugesMotionsAndNothingElse) {
@@ -183,11 +163,19 @@ TEST(Stage4, TheProjectionRemovesTheGaugesMotionsAndNothingElse) {
 // ---- 4d, the Jacobian of the motion ---------------------------------------------------------------------------------
 
 void CheckMotion(GraphScene& scene, double yaw, const Text& what) {
-  const Vertices& vertices = scene.vertices;
   const Motion g{1.0, ExpSO3(Vec3(0, 0, yaw)), Vec3(1, -2, 3)};  // t must not matter
-  Require("4", {"4.motion_jacobian_of", {{"scene", what}, {"n", Word(yaw)}}}, NumericMotionJacobian(vertices, g),
-          MotionJacobian(scene, yaw), RowNames(vertices), MotionMistakes(vertices, g.R.toRotationMatrix()), kTolerance,
-          "4d");
+  const MatXX got = MotionJacobian(scene, yaw);
+  const Names names = RowNames(scene.vertices);
+  const Text of("4.motion_jacobian_of", {{"scene", what}, {"n", Word(yaw)}});
+  int row = 0;
+  for (const auto& vertex : scene.vertices) {
+    const int dim = vertex->LocalDimension();
+    Require({"4", of, "4d", {}, {names.begin() + row, names.begin() + row + dim}, names, kTolerance},
+            right::MotionRows(g.R.toRotationMatrix(), row, dim, static_cast<int>(got.cols())),
+            got.middleRows(row, dim));
+    row += dim;
+  }
+  Require("4", of, NumericMotionJacobian(scene.vertices, g), got, names, {}, kTolerance, "4d");
 }
 
 TEST(Stage4, TheMotionTurnsWhatIsExpressedInTheWorld) {
@@ -213,35 +201,11 @@ TEST(Stage4, TheCovarianceIsMultipliedFromBothSides) {
     const MatXX M = RandomMatrix(n, n, &random).householderQr().householderQ();  // orthogonal, as every ∂θ_C/∂θ is
     const MatXX U = RandomMatrix(n, n / 3, &random), V = U + RandomMatrix(n, n / 3, &random);
     const MatXX Q = ProjectionByItsEffect(U, V), Q_C = M * Q * M.transpose();  // the same gauge at θ and at θ_C
-    const MatXX T = Q_C * M, Tt = T.transpose();
-    const auto by = [&](const MatXX& factor) { return MatXX(factor * C * factor.transpose()); };
     const MatXX got = Transformed(C, M, Q, Q_C);
     const bool exploded = !got.allFinite() || (got.size() > 0 && got.norm() > 1e8);  // all that is given is near 1
-    Require("4", {"4.covariance_of_random", {{"size", Word(std::to_string(n) + "×" + std::to_string(n))}}}, T * C * Tt,
-            got, {},
-            {{"4e", "4.T_has_no_inverse", exploded ? got : MatXX()},
-             {"4e", "4.covariance_not_changed", C},
-             {"4e", "4.result_still_zero", MatXX::Zero(n, n)},
-             {"4e", "4.Q_motion_exchanged_places", by(M * Q_C)},
-             {"4e", "4.Q_of_other_place", by(Q * M)},
-             {"4e", "4.one_side_only", T * C},
-             {"4e", "4.one_side_only", C * Tt},
-             {"4e", DiagonalAlone("Cov"), T * MatXX(C.diagonal().asDiagonal()) * Tt},
-             {"4e", "4.transpose_missing", T * C * T},
-             {"4e", "4.transpose_missing", T * C * M.transpose() * Q_C},
-             {"4e", "4.order_of_transposed", T * C * Q_C.transpose() * M.transpose()},
-             {"4e", "4.transpose_wrong_side", Tt * C * T},
-             {"4e", "4.Q_missing_right", T * C * M.transpose()},
-             {"4e", "4.Q_missing_left", M * C * Tt},
-             {"4e", "4.motion_missing_right", T * C * Q_C.transpose()},
-             {"4e", "4.motion_missing", by(Q_C)},
-             {"4e", "4.motion_missing", by(Q)},
-             {"4e", "4.motion_missing", by(Q_C * Q)},
-             {"4e", "4.Q_missing", by(M)},
-             {"4e", "4.Q_transposed", by(Q_C.transpose() * M)},
-             {"4e", "4.motion_transposed", by(Q_C * M.transpose())},
-             {"4e", "4.motion_transposed", by(M.transpose() * Q)}},
-            1e-10, "4e", "transformed");
+    const Text of("4.covariance_of_random", {{"size", Word(std::to_string(n) + "×" + std::to_string(n))}});
+    Require({"4", of, "4e", "transformed", {}, {}, 1e-10, {{"4e", "4.T_has_no_inverse", exploded ? got : MatXX()}}},
+            right::OfOtherGauge(C, M, Q, Q_C), got);
   }
 }
 

@@ -6,7 +6,6 @@
 #include "ch5_backend/marginalize/square_root.h"
 #include "ch5_backend/math/psd.h"
 #include "ch5_homework/judge/ask.h"
-#include "ch5_homework/judge/mistakes/formula.h"
 #include "ch5_homework/judge/oracle.h"
 #include "ch5_homework/judge/right/formulas.h"
 #include "ch5_homework/judge/right/opened_term.h"
@@ -207,7 +206,8 @@ void CheckUpdate(const MatXX& H, const VecX& b0, const Names& names, const Text&
     for (Eigen::Index k = 0; k + 1 < S_sqrt.size(); ++k) {
       S_sqrt[k] = 0.0;
       const MatXX root = S_sqrt.asDiagonal() * DecomposeScaled(H, p_inverse).U.transpose();
-      mistakes.push_back({"5.7 5.3", DirectionCut("H"), root.transpose() * root});
+      mistakes.push_back(
+          {"5.7 5.3", {"formula.known_direction_cut", {{"matrix", Word(std::string("H"))}}}, root.transpose() * root});
     }
     return mistakes;
   };

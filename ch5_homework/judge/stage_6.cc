@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "ch5_homework/judge/right/assembly.h"
+#include "ch5_homework/judge/right/numbering.h"
 #include "ch5_homework/judge/stage_6_scene.h"
 
 namespace ch5::homework {
@@ -73,153 +74,56 @@ TEST(Stage6, EvaluatesEachResidual) {
   }
 }
 
-// The first rows of the blocks in order of id, then m and n.
-struct Layout {
-  const FactorScene& scene;
+right::Numbering NumberingOf(const FactorScene& scene, const std::vector<bool>& dropped) {
+  VecX sizes(scene.free.size()), parameters = sizes;
+  for (Eigen::Index k = 0; k < sizes.size(); ++k) {
+    const Vertex& v = *scene.free[static_cast<size_t>(k)];
+    sizes[k] = v.LocalDimension();
+    parameters[k] = static_cast<double>(v.Parameters().size());
+  }
+  return {sizes, parameters, dropped};
+}
 
-  using SizeOf = Eigen::Index (*)(const Vertex&);
-  static Eigen::Index LocalSize(const Vertex& v) { return v.LocalDimension(); }
-  static Eigen::Index GlobalSize(const Vertex& v) { return v.Parameters().size(); }
-  static Eigen::Index One(const Vertex&) { return 1; }
-  static Eigen::Index OneMore(const Vertex& v) { return v.LocalDimension() + 1; }
-  static Eigen::Index OneLess(const Vertex& v) { return v.LocalDimension() - 1; }
-  static Eigen::Index Six(const Vertex&) { return 6; }
-
-  /// @param of_first, of_others  how many rows a block counts
-  /// @param m_assigned, n_assigned  m_ or n_ is set to the rows of a block, not raised by them
-  VecX Of(const std::vector<std::shared_ptr<Vertex>>& first, SizeOf of_first = &LocalSize,
-          SizeOf of_others = &LocalSize, bool m_assigned = false, bool n_assigned = false) const {
-    VecX rows = VecX::Zero(static_cast<Eigen::Index>(scene.free.size()) + 2);
-    Eigen::Index m = 0, n = 0;
-    for (const bool goes : {true, false}) {
-      for (size_t k = 0; k < scene.free.size(); ++k) {
-        const auto& v = scene.free[k];
-        if ((std::find(first.begin(), first.end(), v) != first.end()) != goes) continue;
-        rows[k] = static_cast<double>(m + n);
-        Eigen::Index& count = goes ? m : n;
-        count = (goes ? of_first : of_others)(*v) + ((goes ? m_assigned : n_assigned) ? 0 : count);
-      }
-    }
-    rows.tail<2>() << static_cast<double>(m), static_cast<double>(n);
-    return rows;
-  }
-  bool Drops(size_t k) const {
-    const auto dropped = scene.Dropped();
-    return std::find(dropped.begin(), dropped.end(), scene.free[k]) != dropped.end();
-  }
-  std::vector<Mistake> CountingMistakes() const {
-    const VecX right = Of(scene.Dropped());
-    VecX alike = right, running = right, alone = right, all_again = right, from_zero = right, kept_in_m = right;
-    VecX late = right, late_dropped = right, late_kept = right, both_loops = right, copies = VecX::Zero(right.size());
-    copies.tail<2>() = right.tail<2>();
-    kept_in_m.tail<2>() << right.tail<2>().sum(), 0.0;
-    const auto dropped = scene.Dropped();
-    double row = 0.0, row_dropped = 0.0, row_kept = 0.0, m = right[right.size() - 2], all = right.tail<2>().sum();
-    for (size_t k = 0; k < scene.free.size(); ++k) {
-      const bool drops = Drops(k);
-      const int size = scene.free[k]->LocalDimension();
-      alike[k] = row;
-      running[k] = drops ? row_dropped : row;
-      all_again[k] = m + row;
-      if (!drops) alone[k] = m;
-      if (!drops) from_zero[k] -= m;
-      late[k] += size;
-      (drops ? late_dropped : late_kept)[k] += size;
-      both_loops[k] = drops ? row : all + row_kept;
-      row += size;
-      (drops ? row_dropped : row_kept) += size;
-    }
-    all_again[right.size() - 1] = row;
-    both_loops[right.size() - 2] = all;
-    return {{"6b", "6.one_loop_for_both", alike},
-            {"6b", "6.one_loop_for_both", running},
-            {"6b", "6.numbered_in_both_loops", all_again},
-            {"6b", "6.numbered_in_both_loops", both_loops},
-            {"6b", "6.every_kept_block_begins_m", alone},
-            {"6b", {"6.block_counts", {{"n", Word(1)}}}, Of(dropped, &One, &One)},
-            {"6b", {"6.block_counts", {{"n", Word(6)}}}, Of(dropped, &Six, &Six)},
-            {"6b", {"6.count_assigned", {{"it", Word("m_")}}}, Of(dropped, &LocalSize, &LocalSize, true)},
-            {"6b", {"6.count_assigned", {{"it", Word("n_")}}}, Of(dropped, &LocalSize, &LocalSize, false, true)},
-            {"6b", {"6.count_assigned", {{"it", Word("m_, n_")}}}, Of(dropped, &LocalSize, &LocalSize, true, true)},
-            {"6b", "6.no_rows_given", VecX::Zero(right.size())},
-            {"6b", "6.idx_written_to_copy", copies},
-            {"6b", "6.kept_rows_counted_in_m", kept_in_m},
-            {"6b", "6.idx_set_after_count_moved", late},
-            {"6b", "6.idx_set_after_count_moved", late_dropped},
-            {"6b", "6.idx_set_after_count_moved", late_kept},
-            {"6b", "6.kept_begin_at_zero", from_zero}};
-  }
-  std::vector<Mistake> OffByOneMistakes() const {
-    const auto dropped = scene.Dropped();
-    const VecX right = Of(dropped), none = VecX::Zero(right.size());
-    VecX of_dropped = none, of_kept = none;
-    for (size_t k = 0; k < scene.free.size(); ++k) (Drops(k) ? of_dropped : of_kept)[k] = 1.0;
-    const Text cause = "6.off_by_one";
-    std::vector<Mistake> mistakes;
-    for (const VecX& shift : {of_dropped, of_kept, VecX(of_dropped + of_kept)}) {
-      mistakes.push_back({"6b", cause, right + shift});
-      mistakes.push_back({"6b", cause, right - shift});
-    }
-    for (const SizeOf other : {&OneMore, &OneLess}) {
-      mistakes.push_back({"6b", cause, Of(dropped, other)});
-      mistakes.push_back({"6b", cause, Of(dropped, &LocalSize, other)});
-      mistakes.push_back({"6b", cause, Of(dropped, other, other)});
-    }
-    return mistakes;
-  }
-  std::vector<Mistake> Mistakes(const VecX& got) const {
-    VecX swapped = Of(scene.Kept());
-    swapped.tail<2>().reverseInPlace();
-    std::vector<std::shared_ptr<Vertex>> at_positions;  // ids that happen to be positions
+// The right numbering of other blocks.
+std::vector<Mistake> WrongBlocks(const FactorScene& scene, const VecX& got) {
+  const size_t n = scene.free.size();
+  std::vector<bool> at_positions(n), first(n);  // ids that happen to be positions; the blocks numbered as dropped
+  for (size_t k = 0; k < n; ++k) {
     for (const auto& factor : scene.factors) {
-      for (const int position : factor.drop_set) {
-        for (const auto& v : scene.free) {
-          if (v->Id() == position) at_positions.push_back(v);
-        }
-      }
+      const auto& positions = factor.drop_set;
+      at_positions[k] = at_positions[k] || std::count(positions.begin(), positions.end(), scene.free[k]->Id()) > 0;
     }
-    std::vector<std::shared_ptr<Vertex>> first;  // those that are numbered as dropped, whichever they are
-    for (size_t k = 0; k < scene.free.size(); ++k) {
-      if (got[k] < got[got.size() - 2]) first.push_back(scene.free[k]);
-    }
-    std::vector<Mistake> mistakes = CountingMistakes(), off_by_one = OffByOneMistakes();
-    const std::vector<Mistake> mistaken_blocks{
-        {"6b", "6.parameters_size_for_local_dimension", Of(scene.Dropped(), &GlobalSize, &GlobalSize)},
-        {"6b", "6.parameters_size_for_local_dimension", Of(scene.Dropped(), &GlobalSize, &LocalSize)},
-        {"6b", "6.parameters_size_for_local_dimension", Of(scene.Dropped(), &LocalSize, &GlobalSize)},
-        {"6b", "6.blocks_for_rows", Of(scene.Dropped(), &One)},
-        {"6b", "6.kept_first", swapped},
-        {"6b", "6.kept_first_m_n_exchanged", Of(scene.Kept())},
-        {"6a", "6.no_block_dropped", Of({})},
-        {"6a", "6.position_for_id", Of(at_positions)},
-        {"6a", "6.every_block_dropped", Of(scene.free)},
-        {"6a", "6.other_blocks_dropped", Of(first)}};
-    for (const auto& more : {mistaken_blocks, off_by_one}) mistakes.insert(mistakes.end(), more.begin(), more.end());
-    return mistakes;
+    first[k] = got[static_cast<Eigen::Index>(k)] < got[got.size() - 2];
   }
-  Names RowNames() const {
-    Names names;
-    for (const auto& v : scene.free) names.push_back({"6.first_row", {{"vertex", Word(v->Name())}}});
-    names.push_back(Word("m_"));
-    names.push_back(Word("n_"));
-    return names;
-  }
-};
+  const auto of = [&](const std::vector<bool>& dropped) { return Value(NumberingOf(scene, dropped).rows.right); };
+  return {{"6a", "6.no_block_dropped", of(std::vector<bool>(n, false))},
+          {"6a", "6.position_for_id", of(at_positions)},
+          {"6a", "6.every_block_dropped", of(std::vector<bool>(n, true))},
+          {"6a", "6.other_blocks_dropped", of(first)}};
+}
 
 TEST(Stage6, NumbersTheDroppedBlocksFirst) {
   FactorScene scene;
   for (const int times : {1, 2}) {  // the second time finds the numbers of the first
     const Evaluated evaluated(&scene, times);
-    const Layout layout{scene};
     const auto& blocks = evaluated.blocks;
     if (blocks.size() != scene.free.size()) Fail({"6", "6.number_of_blocks"});
-    VecX rows(layout.Of({}).size());
-    int k = 0;
-    for (const Block& block : blocks) rows[k++] = block.idx;
+    VecX rows(blocks.size() + 2);
+    std::vector<bool> dropped;
+    Names names;
+    for (size_t k = 0; k < blocks.size(); ++k) {
+      const auto& v = scene.free[k];
+      const auto gone = scene.Dropped();
+      rows[static_cast<Eigen::Index>(k)] = blocks[k].idx;
+      dropped.push_back(std::find(gone.begin(), gone.end(), v) != gone.end());
+      names.push_back({"6.first_row", {{"vertex", Word(v->Name())}}});
+    }
     rows.tail<2>() << evaluated.m, evaluated.n;
-    Require(
-        "6", "6.first_rows_blocks", layout.Of(scene.Dropped()), rows, layout.RowNames(),
-        [&] { return layout.Mistakes(rows); }, 1e-12, "6b");
+    names.push_back(Word("m_"));
+    names.push_back(Word("n_"));
+    const auto otherwise = [&] { return WrongBlocks(scene, rows); };
+    Require({"6", "6.first_rows_blocks", "6b", {}, names, {}, 1e-12, {}, otherwise}, NumberingOf(scene, dropped).rows,
+            rows);
     std::vector<int> right, got;
     for (const auto& vertex : scene.Kept()) right.push_back(vertex->Id());
     for (const double id : evaluated.keep) got.push_back(Whole(id));

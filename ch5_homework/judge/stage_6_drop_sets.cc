@@ -24,7 +24,8 @@ Text CauseOfVertices(const Window& window, const DropSet& drop) {
   if (has(frames[1].pose)) return "6.second_oldest_frames_pose_goes";
   if (!has(frames[0].speed_bias)) return "6.oldest_frames_speed_biases_stay";
   if (depth(kHostedByNext)) return "6.depth_another_frame_hosts_goes";
-  if (!depth(kHostedByOldest) || !depth(kSeenTwice)) return "6.depths_oldest_frame_hosts_stay";
+  if (depth(kHostedByOldest) != depth(kSeenTwice)) return "6.some_depths_oldest_frame_hosts_stay";
+  if (!depth(kHostedByOldest)) return "6.depths_oldest_frame_hosts_stay";
   return {};
 }
 
@@ -69,6 +70,7 @@ Text CauseOfSecondNew(const Window& window, const DropSet& drop) {
   }
   if (Count(drop, "EdgeImu") > 0) return "6.IMU_swallowed";
   const size_t newest = frames.size() - 1;
+  if (has(newest - 1) && drop.vertices.size() > 1) return "6.others_go_with_second_newest";
   if (has(newest)) return "6.newest_for_second_newest";
   if (has(newest - 2)) return "6.third_newest_for_second_newest";
   if (has(0)) return "6.MARGIN_OLDs_pose";

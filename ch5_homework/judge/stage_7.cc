@@ -9,7 +9,6 @@
 #include <set>
 
 #include "ch5_homework/judge/ask.h"
-#include "ch5_homework/judge/mistakes/formula.h"
 #include "ch5_homework/judge/oracle.h"
 #include "ch5_homework/judge/right/assembly.h"
 #include "ch5_homework/judge/right/formulas.h"
@@ -245,7 +244,7 @@ void CheckCall(const Answer& answer, size_t k, const Call& call, const Graph& gr
   const bool solved = answer.Number(of("solved")) != 0.0;
   const Ordering ordering = MakeOrdering(graph);
   const System system = StackedNormalEquations(graph, ordering.Size());
-  const auto with = [&](const Text& quantity) { return With(quantity, scene, lambda, damping); };
+  const auto with = [&](const Text& quantity) { return right::With(quantity, scene, lambda, damping); };
   const Names names = RowNames(ordering, true);
   const right::BlockSolve right(system, ordering, lambda, damping);
   Require({"7", with(Word("b_p − Σ_l H_pl H_ll⁻¹ b_l")), "7d", "b_schur_", names, {}, 1e-9}, right.b_S, b_S);
@@ -254,10 +253,10 @@ void CheckCall(const Answer& answer, size_t k, const Call& call, const Graph& gr
     Fail({"7", with(Word("Δx")), "7.solver_returns_true", Word("false"), "7.function_gave_up", "7d"});
   }
   Require({"7", with(Word("Δx")), "7e", "delta_x", names, {}, 1e-8}, right.delta_x, delta_x);
-  Require("7", with("7.H_after_solve"), system.H, H, names, {{"7d", ChangedInPlace("H", "S_"), H}}, 1e-9);
+  Require("7", with("7.H_after_solve"), system.H, H, names, {{"7d", right::ChangedInPlace("H", "S_"), H}}, 1e-9);
   if (!Equal(b, system.b, 1e-9)) {
     const int p = ordering.dim_poses;
-    Fail({"7", with("7.b_after_solve"), "7.b_unchanged", "7.another_b", ChangedInPlace("b_", "b_schur_, rest"),
+    Fail({"7", with("7.b_after_solve"), "7.b_unchanged", "7.another_b", right::ChangedInPlace("b_", "b_schur_, rest"),
           b.size() >= p && Equal(b.head(p), system.b.head(p), 1e-9) ? "7e" : "7d"});
   }
 }

@@ -65,6 +65,33 @@ TEST(Formula, NamesOneSlip) {
             R"~( {"id": "formula.term_times", "term": "A⁻¹ C x", "k": "3"})~");
 }
 
+TEST(Formula, NamesASmallMultipleOfI) {
+  const Solved s;
+  const MatXX rest = s.c() - s.C * s.x, I = MatXX::Identity(3, 3);
+  EXPECT_EQ(s.Named((s.A + 1e-6 * I).inverse() * rest),
+            R"~( {"id": "formula.multiple_of_I_added", "x": "1e-06", "matrix": "A"})~");
+  EXPECT_EQ(s.Named(Value(s.y.right) * (1.0 + 1e-5)), "");  // "counts 1 times" would be no cause
+}
+
+// Q = I − U (VᵀU)⁻¹ Vᵀ: the inverse of a matrix that is not symmetric; B A⁻¹ with another inverse at another place.
+TEST(Formula, NamesSlipsInProductsOfInverses) {
+  const MatXX U = Numbers(4, 2, 0.2), V = Numbers(4, 2, 1.4), I = MatXX::Identity(4, 4), Vt = V.transpose();
+  const Expression u = Matrix("U", U), v_t = Transpose(Matrix("V", V));
+  const Formula Q{Matrix("I", I) - u * Inverse(v_t * u) * v_t};
+  const auto named = [](const Formula& formula, const MatXX& got) {
+    const auto found = FindSlip(formula, got, [&](const MatXX& answer) { return Equal(got, answer, 1e-9); });
+    return found ? found->cause.Json() : "";
+  };
+  EXPECT_TRUE(Equal(Value(Q.right), I - U * (Vt * U).inverse() * Vt, 1e-9));
+  EXPECT_EQ(named(Q, I - U * Vt * U * Vt), R"~({"id": "formula.inverse_meant", "matrix": "Vᵀ U"})~");
+  EXPECT_EQ(named(Q, I - V * (U.transpose() * V).inverse() * U.transpose()),
+            R"~({"id": "formula.exchanged", "this": "U", "that": "V"})~");
+
+  const MatXX B = Numbers(2, 2, 0.6), C = Numbers(3, 2, 0.4), A = Numbers(3, 3, 0.8) + 3.0 * MatXX::Identity(3, 3);
+  const Formula y{Inverse(Matrix("A", A)) * Matrix("C", C), {Matrix("B", B)}};
+  EXPECT_EQ(named(y, C * B.inverse()), R"~({"id": "formula.stands_for", "this": "C B⁻¹", "that": "A⁻¹ C"})~");
+}
+
 TEST(Formula, NamesNothingElse) {
   const Solved s;
   EXPECT_EQ(s.Named(Value(s.y.right) + 1e-3 * Numbers(3, 1, 7.0)), "");

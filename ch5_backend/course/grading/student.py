@@ -4,7 +4,6 @@ as text is left out. A graded file can carry no assembly: provenance.py."""
 
 import gzip
 import io
-import json
 import platform
 import posixpath
 import re
@@ -42,9 +41,6 @@ KEPT = ("slides/figures/", "slides/reading/", "ch5_homework/mistakes/answers.csv
 NOT_GIVEN = re.compile(r"^(?:\|[^|\n]*\|[^|\n]*(?:ch5_homework/(?:GRADING|INSTRUCTORS)|\.github/CONTRIBUTING)\..*\n|`\./course slides`.*\n\n)", re.MULTILINE)
 LINK = re.compile(r"(?<!!)\[([^\]\n]+)\]\((?!https?:)([^)#\s]+)(#[^)\s]*)?\)")
 STORE = re.compile(r"ch5_backend/course/base/language/\w+\.json")
-SECRET_TOPICS = ("1.1", "1.2", "2", "3", "4", "5", "6", "7", "formula")
-ID = re.compile(rf'"({"|".join(map(re.escape, SECRET_TOPICS))})\.(\w+)"')
-COMMENT = re.compile(r"^ *//.*\n| +//.*$", re.MULTILINE)
 SYMBOL = re.compile(r"(?<!\w)_Z[\w$]+")
 # As a label, as a weak name of one, or as the name of a group of which the linker takes one. A type is known by its name.
 DEFINED = re.compile(r"^(_Z(?!T)[\w$]+)[\w$.]*:$|^\t\.weak\t(_Z(?!T)[\w$]+)$|,(_Z(?!T)[\w$]+),comdat$", re.MULTILINE)
@@ -113,30 +109,12 @@ def student_files(files: dict, compiled: dict, built: dict) -> dict:
     for name in compiled:
         given.pop(name, None)
         given[f"{name}.s"] = (made_for + without_formulas(compiled[name])).encode()
-    hide_causes(given, compiled)
+    for name in [name for name in given if STORE.fullmatch(name)]:  # mistakes' sentences, which a check tells when it is time
+        given[name + ".z"] = zlib.compress(given.pop(name), 9)
     for name in given:
         if name.endswith(".md"):
             given[name] = without_dead_links(name, NOT_GIVEN.sub("", given[name].decode("utf-8")), given).encode()
     return given
-
-
-def hide_causes(given: dict, compiled: dict) -> None:
-    """What typical mistakes are called, and the sentences that explain them: in the code their ids become numbers and comments
-    go, and the sentences are packed. A check names them when it is time. Ids that compiled code holds stay as they are."""
-    kept = {found for name in compiled for found in ID.findall((ROOT / name).read_text(encoding="utf-8"))}
-    stores = {name: json.loads(given.pop(name)) for name in [name for name in given if STORE.fullmatch(name)]}
-    numbers = {(topic, sentence): f"c{short_hash(f'{topic}.{sentence}')[:10]}" for texts in stores.values()
-               for topic in texts if topic in SECRET_TOPICS for sentence in texts[topic] if (topic, sentence) not in kept}
-    for name, texts in stores.items():
-        hidden = {topic: {numbers.get((topic, sentence), sentence): text for sentence, text in texts[topic].items()} for topic in texts}
-        given[name + ".z"] = zlib.compress(json.dumps(hidden, ensure_ascii=False).encode(), 9)
-    for name in given:
-        if name.endswith((".h", ".cc", ".py", "/answers.csv")):
-            text = given[name].decode("utf-8")
-            text = ID.sub(lambda found: f'"{found[1]}.{numbers.get((found[1], found[2]), found[2])}"', text)
-            if name.startswith("ch5_homework/judge/mistakes/"):
-                text = COMMENT.sub("", text)
-            given[name] = text.encode()
 
 
 def without_formulas(assembly: str) -> str:

@@ -1,5 +1,6 @@
 #include "ch5_homework/judge/formula/expression.h"
 
+#include <Eigen/LU>
 #include <cmath>
 #include <stdexcept>
 
@@ -21,6 +22,7 @@ std::optional<MatXX> InverseOf(const Node& x) {
   const auto& A = TryValue(x.parts[0]);
   if (!A || A->rows() != A->cols() || !A->allFinite()) return {};
   if (A->size() == 0) return A;
+  if (!A->isApprox(A->transpose(), 1e-9)) return MatXX(A->inverse());
   if (x.sizes.empty()) return PseudoInversePsd(*A);
   MatXX inverse = MatXX::Zero(A->rows(), A->cols());
   Eigen::Index at = 0;
@@ -157,7 +159,7 @@ Expression Named(const Expression& x, const std::string& name, const std::string
   return std::make_shared<const Node>(node);
 }
 
-Expression MistakenFor(const Expression& x, const std::vector<Expression>& others) {
+Expression MistakenFor(const Expression& x, const std::vector<Instead>& others) {
   Node node = *x;
   node.mistaken = others;
   return std::make_shared<const Node>(node);

@@ -80,6 +80,14 @@ struct Share {
   bool assigned = false;                  ///< = for +=
 };
 
+/// What may be taken for a node by mistake, and the sentence about it; without one the two names are said.
+struct Instead {
+  Expression x;
+  Text cause;
+
+  Instead(const Expression& x, const Text& cause = {}) : x(x), cause(cause) {}
+};
+
 struct Node {
   Kind kind;
   std::string name;  ///< of a matrix, and of what the student's code gives a name: "tempH"
@@ -90,7 +98,7 @@ struct Node {
   MatXX value;                                 ///< of a matrix
   std::shared_ptr<const Source::Data> source;  ///< of a matrix that is a block of one, from (row, column) on
   Eigen::Index row = 0, column = 0;
-  std::vector<Expression> mistaken = {};           ///< what may be taken for it
+  std::vector<Instead> mistaken = {};              ///< what may be taken for it
   std::vector<Share> shares = {};                  ///< of an assembly; their expressions are its parts
   Eigen::Index rows = 0, columns = 0;              ///< likewise
   std::function<MatXX(const MatXX& x)> seen = {};  ///< what a check sees of its part
@@ -102,9 +110,9 @@ Expression Matrix(const std::string& name, const MatXX& value, const std::string
 /// What the student's code calls by a name, or writes elsewhere.
 Expression Named(const Expression& x, const std::string& name, const std::string& todo = {});
 /// With what may be taken for it, and for nothing else.
-Expression MistakenFor(const Expression& x, const std::vector<Expression>& others);
+Expression MistakenFor(const Expression& x, const std::vector<Instead>& others);
 Expression WrittenAt(const std::string& todo, const Expression& x);
-/// The pseudo-inverse of a symmetric positive semi-definite matrix.
+/// Of a symmetric matrix, which has to be positive semi-definite, the pseudo-inverse.
 Expression Inverse(const Expression& x);
 /// The same of one that is block diagonal, block by block.
 Expression Inverse(const Expression& x, const std::vector<int>& sizes);

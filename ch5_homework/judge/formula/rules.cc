@@ -21,6 +21,11 @@ const MatXX* Square(const Expression& x) {
   return A && A->rows() == A->cols() && A->size() > 0 && A->allFinite() ? &*A : nullptr;
 }
 
+static const MatXX* Symmetric(const Expression& x) {
+  const MatXX* const A = Square(x);
+  return A != nullptr && A->isApprox(A->transpose(), 1e-9) ? A : nullptr;
+}
+
 std::vector<Term> TermsOfSum(const Expression& x) {
   std::vector<Term> terms;
   if (x->kind == Kind::kSum) {
@@ -153,6 +158,20 @@ void FactorsTransposed(const View& v) {
   }
 }
 
+/// Something else that is at hand, between two factors, or at an end.
+void FactorTooMany(const View& v) {
+  if (v.x->kind != Kind::kProduct) return;
+  for (const Expression& other : v.named) {
+    for (const Expression& more : {other, Transpose(other)}) {
+      for (size_t at = 0; at <= v.x->parts.size(); ++at) {
+        auto factors = v.x->parts;
+        factors.insert(factors.begin() + static_cast<ptrdiff_t>(at), more);
+        v.report(Say("formula.factor_too_many", {{"this", NameOf(more)}, {"product", NameOf(v.x)}}), Product(factors));
+      }
+    }
+  }
+}
+
 // ---- inverses --------------------------------------------------------------------------------------------------------
 
 void InverseForgotten(const View& v) {
@@ -176,7 +195,7 @@ void InverseOfOneKindOnly(const View& v) {
 }
 
 void RootOfInverse(const View& v) {
-  const MatXX* const A = v.x->kind == Kind::kInverse ? Square(v.x->parts[0]) : nullptr;
+  const MatXX* const A = v.x->kind == Kind::kInverse ? Symmetric(v.x->parts[0]) : nullptr;
   if (A == nullptr) return;
   const std::string name = FactorName(v.x->parts[0]);
   const MatXX inverse = PseudoInversePsd(*A);
@@ -188,7 +207,7 @@ void RootOfInverse(const View& v) {
 
 /// Directions that were measured count as not measured: the weakest; all, where that may be by units or by rank.
 void DirectionsCut(const View& v) {
-  const MatXX* const A = v.x->kind == Kind::kInverse ? Square(v.x->parts[0]) : nullptr;
+  const MatXX* const A = v.x->kind == Kind::kInverse ? Symmetric(v.x->parts[0]) : nullptr;
   if (A == nullptr) return;
   const bool weak = A->norm() < 1e-3 || !(*A * PseudoInversePsd(*A)).isIdentity(1e-6);
   const std::string name = NameOf(v.x->parts[0]);
@@ -203,28 +222,43 @@ void DirectionsCut(const View& v) {
 
 /// A small multiple of I added, against a matrix that might be singular, or to its inverse.
 void MultipleOfIAdded(const View& v) {
-  const MatXX* const A = Square(v.x);
-  const bool may = v.x->kind == Kind::kInverse || (v.x->kind == Kind::kMatrix && v.x->source);
-  if (A == nullptr || !may) return;
-  const std::string name = NameOf(v.x);
-  for (double x = 1.0; x > 1e-13; x *= 0.1) {
-    const MatXX more = *A + x * MatXX::Identity(A->rows(), A->cols());
-    v.report(Say("formula.multiple_of_I_added", {{"x", Number(x)}, {"matrix", name}}), Matrix(name, more));
-  }
+  const bool is_inverse = v.x->kind == Kind::kInverse;
+  const auto add = [&](const Expression& to, const std::function<Expression(const Expression&)>& with) {
+    const MatXX* const A = Square(to);
+    if (A == nullptr) return;
+    for (double x = A->rows() == 1 ? 1e-3 : 1.0; x > 1e-13; x *= 0.1) {  // a large one of a number is any number
+      const Expression more = Matrix(NameOf(to), *A + x * MatXX::Identity(A->rows(), A->cols()));
+      v.report(Say("formula.multiple_of_I_added", {{"x", Number(x)}, {"matrix", NameOf(to)}}), with(more));
+    }
+  };
+  if (is_inverse) add(v.x->parts[0], [](const Expression& more) { return Inverse(more); });
+  if (is_inverse || v.x->source) add(v.x, [](const Expression& more) { return more; });
 }
 
-/// The inverse of another matrix.
+/// The inverse of another matrix, there or elsewhere in the product.
 void InverseOfAnother(const View& v) {
-  if (v.x->kind != Kind::kInverse) return;
-  for (const Expression& other : v.named) {
-    if (other->kind == Kind::kInverse || NameOf(other) == NameOf(v.x->parts[0]) || !Square(other)) continue;
-    v.report(Say("formula.stands_for", {{"this", NameOf(Inverse(other))}, {"that", NameOf(v.x)}}), Inverse(other));
+  const bool is_product = v.x->kind == Kind::kProduct;
+  for (const Expression& x : is_product ? v.x->parts : std::vector<Expression>{v.x}) {
+    if (x->kind != Kind::kInverse) continue;
+    for (const Expression& other : v.named) {
+      if (other->kind == Kind::kInverse || NameOf(other) == NameOf(x->parts[0]) || !Square(other)) continue;
+      const auto report = [&](const Expression& instead) {
+        v.report(Say("formula.stands_for", {{"this", NameOf(instead)}, {"that", NameOf(v.x)}}), instead);
+      };
+      if (!is_product) report(Inverse(other));
+      for (size_t at = 0; is_product && at < v.x->parts.size(); ++at) {  // where its size fits
+        auto factors = v.x->parts;
+        factors.erase(std::find(factors.begin(), factors.end(), x));
+        factors.insert(factors.begin() + static_cast<ptrdiff_t>(at), Inverse(other));
+        report(Product(factors));
+      }
+    }
   }
 }
 
 /// Where a matrix is singular, its inverse is not finite, and so is what it is a part of.
 void InverseOfSingular(const View& v) {
-  const MatXX* const A = v.x->kind == Kind::kInverse ? Square(v.x->parts[0]) : nullptr;
+  const MatXX* const A = v.x->kind == Kind::kInverse ? Symmetric(v.x->parts[0]) : nullptr;
   if (A == nullptr || v.got.allFinite() || (*A * PseudoInversePsd(*A)).isIdentity(1e-6)) return;
   v.report(Say("formula.inverse_of_singular", {{"matrix", NameOf(v.x->parts[0])}}), nullptr);
 }
@@ -267,6 +301,7 @@ void TermsOfOtherCounts(const View& v) {
     const double half = 0.5 * std::round(2.0 * count);
     const bool is_half = std::abs(count - half) < 1e-6;
     if (is_half) count = half;
+    if (!is_half && std::abs(count / term.factor - 1.0) < 1e-3) return;  // that is no count, but another small error
     odd_ones += !is_half;
     if (count != term.factor) {
       ++wrong_ones;
@@ -300,7 +335,7 @@ const std::vector<Rule>& Rules() {
       &TransposeForgotten, &AnotherForIt,      &Transposed,      &FactorsTransposed,    &FactorsInAnotherOrder,
       &InverseOfAnother,   &DirectionsCut,     &OnlyDiagonal,    &OnlyTriangle,         &PartsOfATerm,
       &PartsOfABlock,      &RootOfInverse,     &Inverted,        &BlockOfTheInverse,    &AnotherPlace,
-      &MultipleOfIAdded,   &SharesOfAKind,     &SharesElsewhere, &TermsOfOtherCounts};
+      &MultipleOfIAdded,   &SharesElsewhere,   &SharesOfAKind,   &FactorTooMany,        &TermsOfOtherCounts};
   return rules;
 }
 

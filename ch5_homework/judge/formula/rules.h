@@ -43,6 +43,7 @@ void TermOfOtherSign(const View& v);
 void BracketsMissing(const View& v);
 void FactorMissing(const View& v);
 void FactorTwice(const View& v);
+void FactorTooMany(const View& v);
 void FactorsInAnotherOrder(const View& v);
 void FactorsTransposed(const View& v);
 void InverseForgotten(const View& v);

@@ -18,7 +18,9 @@ static Text StandsFor(const View& v, const std::string& name) {
 void AnotherForIt(const View& v) {
   if (!CanBeMistaken(v)) return;
   const std::string own = NameOf(v.x);
-  for (const Expression& other : v.x->mistaken) v.report(StandsFor(v, NameOf(other)), other);
+  for (const auto& [other, cause] : v.x->mistaken) {
+    v.report(cause.empty() ? StandsFor(v, NameOf(other)) : cause, other);
+  }
   for (const bool transposed : {false, true}) {
     for (const Expression& other : v.named) {
       const auto& A = TryValue(other);
@@ -46,7 +48,7 @@ void Inverted(const View& v) {
 
 void OnlyDiagonal(const View& v) {
   const MatXX* const A = Square(v.x);
-  if (A == nullptr || A->rows() == 1) return;
+  if (A == nullptr || A->rows() == 1 || A->diagonal().isZero(0.0)) return;
   v.report(Say("formula.diagonal_alone", {{"matrix", NameOf(v.x)}}), Matrix(NameOf(v.x), A->diagonal().asDiagonal()));
 }
 

@@ -30,16 +30,21 @@ std::string TodoOf(const std::vector<Share>& shares, const Text& kind) {
   return todos.size() == 1 ? *todos.begin() : "";
 }
 
-/// An assembly with `change` of the shares that are of this kind, or of all.
+/// An assembly with `change` of the shares that are of this kind, or of all; written where those are that it changes.
 template <typename Change>
 static Expression WithShares(const Expression& x, const Text* kind, const Change& change) {
   std::vector<Share> shares;
+  std::set<std::string> todos;
   for (const Share& share : x->shares) {
     const bool is = kind == nullptr || IsOfKind(share, *kind);
     Share changed = share;
-    if (change(is, &changed)) shares.push_back(changed);
+    const bool stays = change(is, &changed);
+    if (stays) shares.push_back(changed);
+    const bool is_same = changed.x == share.x && changed.place.row == share.place.row &&
+                         changed.place.column == share.place.column && changed.assigned == share.assigned;
+    if (!stays || !is_same) todos.insert(share.x->todo);
   }
-  return WrittenAt(kind == nullptr ? "" : TodoOf(x->shares, *kind), Assembly(x->name, x->rows, x->columns, shares));
+  return WrittenAt(todos.size() == 1 ? *todos.begin() : "", Assembly(x->name, x->rows, x->columns, shares));
 }
 
 void SharesOfAKind(const View& v) {

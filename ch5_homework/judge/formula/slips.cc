@@ -97,7 +97,7 @@ std::vector<Changed> BlocksExchanged(const Expression& formula, const std::vecto
   std::vector<Changed> found;
   for (auto a = sites.begin(); a != sites.end(); ++a) {
     for (auto c = a + 1; c != sites.end(); ++c) {
-      if (!a->x->source || !c->x->source || a->x == c->x) continue;
+      if (a->x->kind != Kind::kMatrix || c->x->kind != Kind::kMatrix || a->x == c->x) continue;
       const auto change = [&](const Expression& x) { return x == a->x ? c->x : x == c->x ? a->x : nullptr; };
       found.push_back(
           {Say("formula.exchanged", {{"this", a->x->name}, {"that", c->x->name}}), ReplaceAll(formula, change)});
@@ -131,9 +131,11 @@ std::vector<Expression> NamedIn(const Formula& formula, const std::vector<Site>&
   std::vector<Expression> named;
   std::set<std::string> names;
   const auto add = [&](const Expression& x) {
-    if (!x->name.empty() && names.insert(x->name).second) named.push_back(x);
+    if (names.insert(NameOf(x)).second) named.push_back(x);
   };
-  for (const Site& site : sites) add(site.x);
+  for (const Site& site : sites) {
+    if (!site.x->name.empty()) add(site.x);
+  }
   for (const Expression& x : formula.beside) add(x);
   return named;
 }

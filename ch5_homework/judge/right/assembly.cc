@@ -197,7 +197,7 @@ Expression SegmentOf(const Turn& t) {
     ++all;
     before += k < t.at_i;
   }
-  std::vector<Expression> often;
+  std::vector<formula::Instead> often;
   for (const int times : {all - before, before + 1, all, all - before + 1, before + 2}) {
     often.push_back(Named(times * segment, "Σ_j " + formula::NameOf(segment)));
   }
@@ -231,6 +231,11 @@ AssembledSystem::AssembledSystem(const Loop& loop) {
                     wrong.PlacesOf(t, false)});
     kinds.pop_back();
     if (is_diagonal) {
+      to_H.push_back({WrittenAt(loop.todo_mirror, Transpose(block)),
+                      kNowhere,  // its mirrored block is the same
+                      {},
+                      {},
+                      {{"assembly.diagonal_blocks_added_twice", {t.row, t.column}}}});
       to_b.push_back({loop.sign_of_b * SegmentOf(t), {t.row, 0}, from, {}, wrong.PlacesOf(t, true)});
       return;
     }

@@ -24,6 +24,15 @@ std::vector<Part> PartsOf(const Ordering& ordering, bool numbered) {
   return parts;
 }
 
+Text ChangedInPlace(const char* it, const char* meant) {
+  return {"formula.changed_in_place", {{"this", Word(std::string(it))}, {"that", Word(std::string(meant))}}};
+}
+
+Text With(const Text& quantity, const Text& scene, double lambda, Damping damping) {
+  return {damping == Damping::kIdentity ? "scene.with_lambda" : "scene.with_lambda_and_D",
+          {{"quantity", quantity}, {"scene", scene}, {"l", Word(lambda)}}};
+}
+
 MatXX Damped(const MatXX& H, double lambda, Damping damping) {
   MatXX damped = H;
   for (Eigen::Index i = 0; i < H.rows(); ++i) damped(i, i) += lambda * DampingEntry(damping, H(i, i));

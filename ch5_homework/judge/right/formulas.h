@@ -26,11 +26,28 @@ std::vector<int> SizesOf(const std::vector<std::shared_ptr<Vertex>>& vertices);
 MatXX Damped(const MatXX& H, double lambda, Damping damping);
 VecX Solve(const MatXX& A, const VecX& b);
 
+/// "b_" changed, in place of "b_schur_".
+Text ChangedInPlace(const char* it, const char* meant);
+/// "Δx of the scene, λ = 0.5, D = diag(H)"
+Text With(const Text& quantity, const Text& scene, double lambda, Damping damping);
+
 /// 1.2: SolveLinearSystem.
 struct SchurSolve {
   Formula S, b_S, delta_x;
 
   SchurSolve(const System& system, const Ordering& ordering, double lambda, Damping damping);
+};
+
+/// Which row of the given one stands at each place.
+using Order = std::vector<int>;
+
+/// 2: variables idx … idx + dim − 1 go behind all others, in H and b.
+struct Moved {
+  Order order;
+  Formula H, b;
+
+  /// @param exchanging  they change places with the last ones; otherwise the others keep their order
+  Moved(const System& given, int idx, int dim, bool exchanging);
 };
 
 /// 2: the prior, once the rows that go are the last `dim` ones.

@@ -23,7 +23,7 @@ OpenedTerm::OpenedTerm(const MatXX& H_given, const VecX& b0_given, int idx, int 
   const Source all("H", H_given), rhs("b0", b0_given);
   // What moves has made room at its new place; `unmoved` is where it came from, `exchanged` where its mirror image belongs.
   const auto copied = [](const Expression& x, const Place& place, const Place& unmoved, const Place& exchanged) {
-    Share share{x, place, {}, {{"5.entries_of", {{"block", Word(x->name)}}}}};
+    Share share{x, place, {}, {{"formula.entries_of", {{"block", Word(x->name)}}}}};
     share.elsewhere = {{"5.nothing_made_room", unmoved}, {"5.H_01_H_01T_exchanged", exchanged}};
     return share;
   };

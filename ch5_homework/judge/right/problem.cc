@@ -2,15 +2,21 @@
 
 #include "ch5_homework/judge/right/formulas.h"
 
+#include <algorithm>
+#include <numeric>
+
 #include "ch5_backend/math/psd.h"
 
 namespace ch5::homework::right {
 
+using formula::Instead;
 using formula::Inverse;
 using formula::Matrix;
+using formula::MistakenFor;
 using formula::Named;
 using formula::Source;
 using formula::Stack;
+using formula::Transpose;
 using formula::Value;
 using formula::WrittenAt;
 
@@ -41,6 +47,93 @@ SchurSolve::SchurSolve(const System& system, const Ordering& ordering, double la
       WrittenAt("1.2c", WrittenAt("1.2c", Inverse(H_mm, SizesOf(ordering.landmarks))) * (b_m - H_mp * x_p));
   const Expression dense = Inverse(H.Block("H", 0, 0, n, n, "1.2a")) * rhs.Segment("b_", 0, n, "1.2b");
   delta_x = {Stack({x_p, of_landmarks}), {b_p, Named(b_S.right, "b_pp_schur_"), H_pm, tempH}, {dense}};
+}
+
+namespace {
+
+/// What `order` makes of rows, as a matrix.
+Expression Picked(const Order& order, const std::string& name = "P") {
+  const auto n = static_cast<Eigen::Index>(order.size());
+  MatXX P = MatXX::Zero(n, n);
+  for (Eigen::Index k = 0; k < n; ++k) P(k, order[static_cast<size_t>(k)]) = 1.0;
+  return Matrix(name, P);
+}
+
+/// Where rows may land by mistake: `rows` is what moves, "2.rows", "2.columns" or "2.entries_b".
+std::vector<Instead> WrongOrders(const Order& right, int idx, int dim, const Text& rows) {
+  const int n = static_cast<int>(right.size()), tail = n - idx - dim;
+  Order given(right.size());
+  std::iota(given.begin(), given.end(), 0);
+  const auto place = [n](Order* order, int at, int first, int count) {  // rows first, first + 1, … land at `at`
+    for (int k = 0; k < count && at + count <= n; ++k) (*order)[static_cast<size_t>(at + k)] = first + k;
+  };
+  std::vector<Instead> wrong;
+  const auto add = [&](const char* cause, const Order& order) {
+    wrong.emplace_back(Picked(order), Text(cause, {{"rows", rows}}));
+  };
+  add("2.not_moved", given);
+  Order front = right, backwards = right, neighbor = given, one_by_one = given;
+  std::rotate(front.begin(), front.end() - dim, front.end());
+  std::rotate(neighbor.begin() + idx, neighbor.begin() + idx + dim, neighbor.begin() + idx + dim + std::min(dim, tail));
+  std::reverse(backwards.end() - dim, backwards.end());
+  for (auto from = one_by_one.begin() + idx; from != one_by_one.begin() + idx + dim; ++from) {
+    std::rotate(from, from + 1, one_by_one.end());  // though the rows behind move up each time
+  }
+  add("2.variable_moved_front", front);
+  add("2.swapped_with_neighbor", neighbor);
+  add("2.one_by_one", one_by_one);
+  add("2.reverse_order", backwards);
+  Order up = given, own = given;  // the others alone move up; or the variable alone moves
+  place(&up, idx, idx + dim, tail);
+  place(&own, n - dim, idx, dim);
+  add("2.variable_lost", up);
+  add("2.others_not_moved_up", own);
+  const auto add_moved = [&](const char* cause, int at, int first, int count) {
+    Order order = up;
+    place(&order, at, first, count);
+    add(cause, order);
+  };
+  add_moved("2.lands_at_idx_plus_dim", idx + dim, idx, dim);
+  add_moved("2.written_over_first", 0, idx, dim);
+  for (int at = n - dim; at < n; ++at) add_moved("2.first_alone", at, idx, 1);
+  Order overwritten = up;
+  std::copy_n(up.begin() + idx, dim, overwritten.end() - dim);
+  add("2.read_after_overwriting", overwritten);
+  for (const auto& [first, count] : {std::pair{idx, tail}, {n - dim, dim}}) {
+    MatXX sum = Value(Picked(right));
+    sum.middleRows(first, count) += MatXX::Identity(n, n).middleRows(first, count);
+    wrong.emplace_back(Matrix("P", sum), Text("2.added_to_what_stands_there", {{"rows", rows}}));
+  }
+  return wrong;
+}
+
+Order OrderOf(int n, int idx, int dim, bool exchanging) {
+  Order order(static_cast<size_t>(n));
+  std::iota(order.begin(), order.end(), 0);
+  const auto begin = order.begin() + idx;
+  if (exchanging) {
+    for (int k = dim - 1; k >= 0; --k) std::swap(begin[k], order[static_cast<size_t>(n - dim + k)]);
+  } else {
+    std::rotate(begin, begin + dim, order.end());
+  }
+  return order;
+}
+
+}  // namespace
+
+Moved::Moved(const System& given, int idx, int dim, bool exchanging)
+    : order(OrderOf(static_cast<int>(given.b.size()), idx, dim, exchanging)) {
+  const Expression H_given = Matrix("H", given.H), b_given = Matrix("b", given.b), P = Picked(order);
+  const auto moved = [&](const Text& what) { return MistakenFor(P, WrongOrders(order, idx, dim, what)); };
+  std::vector<Instead> both;
+  for (const Instead& wrong : WrongOrders(order, idx, dim, "2.rows")) {
+    both.emplace_back(wrong.x * H_given * Transpose(wrong.x), wrong.cause);
+  }
+  MatXX before_moved = given.H * Value(P).transpose();
+  before_moved.leftCols(idx) = (Value(P) * given.H).leftCols(idx);
+  both.emplace_back(Matrix("H_marg", before_moved), "2.columns_before_rows_moved");
+  H = {MistakenFor(WrittenAt("2a", moved("2.rows") * H_given * WrittenAt("2b", Transpose(moved("2.columns")))), both)};
+  b = {WrittenAt("2a", moved("2.entries_b") * b_given)};
 }
 
 Prior::Prior(const System& moved, const System& given, int dim) {
