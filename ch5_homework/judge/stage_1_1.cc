@@ -74,7 +74,7 @@ TEST(Stage11, FixedVerticesHaveNoRows) { CheckMakeHessian("fixed vertices", "1.1
 TEST(Stage11, RobustLossWeighsTheEdges) { CheckMakeHessian("Cauchy losses", "1.1.cauchy_loss"); }
 
 TEST(Stage11, SecondCallStartsAfresh) {
-  BundleScene scene(4, Vary(120, 130, 18), true);
+  BundleScene scene(4, Vary(200, 220, 18), true);
   const double step = 1e-3;
   const Answer got = Ask("MakeHessian", scene, {{"step", step}});
   const System before{got["H_before"], got.Vector("b_before")};

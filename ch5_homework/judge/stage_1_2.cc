@@ -117,14 +117,16 @@ TEST(Stage12, LambdaTimesTheDiagonal) {
 }
 
 TEST(Stage12, BundleAdjustmentWithManyLambdas) {
-  BundleScene scene(4, 120, true);
+  const int frames = Vary(8, 10, 29);
+  BundleScene scene(frames, 120, true);
+  const Text words("1.2.course_scene", {{"n", Word(frames)}, {"m", Word(scene.ba.landmarks.size())}});
   const Ordering ordering = MakeOrdering(scene.ba.graph);
   const System system = StackedNormalEquations(scene.ba.graph, ordering.Size());
   const Vec3 lambdas(1.0, 0.0, 1e-4);  // the same H each time, as LM asks for it
   const auto calls = Solve(&scene, system, lambdas, Damping::kIdentity);
   for (size_t k = 0; k < calls.size(); ++k) {
     const Solved& got = calls[k];
-    CheckCall(got, ordering, system, lambdas[static_cast<Eigen::Index>(k)], Damping::kIdentity, "1.2.course_scene");
+    CheckCall(got, ordering, system, lambdas[static_cast<Eigen::Index>(k)], Damping::kIdentity, words);
     Require("1.2", "1.2.hessian_after_call", system.H, got.H, RowNames(ordering),
             {{"1.2a", right::ChangedInPlace("Hessian_", "H"), got.H}});
     Require("1.2", "1.2.b_after_call", system.b, got.b, RowNames(ordering),

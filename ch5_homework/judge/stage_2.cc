@@ -101,6 +101,7 @@ TEST(Stage2, APoseOutOfAWindow) {
   const int n = Vary(20, 30, 25);
   CheckRandom(n, 6, 6);
   CheckRandom(n, 0, 6);
+  CheckRandom(n, 3, 15);  // with its speed and biases
   Random random(Seed(28));
   MatXX H = RandomPositiveDefinite(n, &random);
   H.middleRows(9, 3) *= 1e-3;  // its angles in smaller units: their eigenvalues are small, but none is zero

@@ -60,14 +60,26 @@ std::shared_ptr<Vertex> Point() { return std::make_shared<VertexPointXYZ>(Vec3(1
 std::shared_ptr<Vertex> Depth() { return std::make_shared<VertexInverseDepth>(0.2); }
 std::shared_ptr<Vertex> SpeedBias() { return std::make_shared<VertexSpeedBias>(); }
 
+std::vector<std::shared_ptr<Vertex>> Poses(int count) {
+  std::vector<std::shared_ptr<Vertex>> poses(static_cast<size_t>(count));
+  std::generate(poses.begin(), poses.end(), &Pose);
+  return poses;
+}
+
 TEST(Stage5, InsertsAPoseBetweenPartsOfOneSize) {  // first: here no assertion betrays an exchange
   CheckInsertion({Pose()}, {Point(), Point()}, Pose(), "5.pose_comes");
 }
 TEST(Stage5, InsertsASpeedAndBias) {
-  CheckInsertion({Pose(), Pose()}, {Depth(), Point()}, SpeedBias(), "5.speed_bias_comes");
+  const auto comes = [](int poses, int landmarks) {
+    return Text("5.speed_bias_comes", {{"n", Word(poses)}, {"m", Word(landmarks)}});
+  };
+  CheckInsertion({Pose(), Pose()}, {Depth(), Point()}, SpeedBias(), comes(2, 2));
+  const auto poses = Poses(Vary(5, 8, 32));  // more rows than a matrix of a student's own size may have
+  CheckInsertion(poses, {Point(), Depth(), Point(), Point()}, SpeedBias(), comes(static_cast<int>(poses.size()), 4));
 }
 TEST(Stage5, AppendsALandmark) {
   CheckInsertion({Pose(), SpeedBias()}, {Point(), Depth()}, Point(), "5.landmark_comes");
+  CheckInsertion(Poses(Vary(5, 8, 33)), {Point(), Depth()}, Point(), "5.landmark_comes");
 }
 TEST(Stage5, InsertsTheFirstBlocks) {
   CheckInsertion({}, {}, Pose(), "5.pose_comes_nothing");
@@ -107,7 +119,10 @@ void CheckSchur(int poses, int goes, double unit = 1.0) {
   Require({"5", of("b_a"), "5.2", "*b_a", NamesOfPoses(poses), {}, 1e-9}, right.b_a, got.b);
 }
 
-TEST(Stage5, EliminatesADenseBlock) { CheckSchur(1, 6); }  // sizes that hide an exchange
+TEST(Stage5, EliminatesADenseBlock) {
+  CheckSchur(1, 6);                  // sizes that hide an exchange
+  CheckSchur(Vary(3, 5, 36), 15);  // an OKVIS frame with its speed and biases
+}
 TEST(Stage5, EliminatesAPoint) {
   CheckSchur(Vary(2, 4, 38), 3);
   CheckSchur(2, 3, 1e-3);  // in small units
@@ -223,10 +238,14 @@ void CheckUpdate(const MatXX& H, const VecX& b0, const Names& names, const Text&
 TEST(Stage5, TakesTheRootOfARegularH) {
   Random random(Seed(43));
   const MatXX H = RandomPositiveDefinite(12, &random);
-  CheckUpdate(H, RandomMatrix(12, 1, &random), NamesOfPoses(2), "5.two_poses_H_regular");
+  const auto poses = [](int count) { return Text("5.poses_H_regular", {{"n", Word(count)}}); };
+  CheckUpdate(H, RandomMatrix(12, 1, &random), NamesOfPoses(2), poses(2));
   MatXX A = RandomMatrix(12, 12, &random);
   A.row(0) *= 1e-2;
   CheckUpdate(A.transpose() * A, A.transpose() * RandomMatrix(12, 1, &random), NamesOfPoses(2), "5.two_poses_H_weak");
+  const int many = Vary(5, 8, 44);
+  const MatXX large = RandomPositiveDefinite(6 * many, &random);
+  CheckUpdate(large, RandomMatrix(6 * many, 1, &random), NamesOfPoses(many), poses(many));
 }
 
 TEST(Stage5, TakesTheRootOfASingularH) {  // as after every marginalization without an absolute measurement
@@ -248,9 +267,8 @@ TEST(Stage5, TakesTheRootInAwkwardUnits) {
 
 // ---- 5.4 Residual ---------------------------------------------------------------------------------------------------
 
-TEST(Stage5, TheResidualMovesWithTheStates) {
+void CheckResidual(int n) {
   Random random(Seed(59));
-  const int n = 9;  // more than a pose has
   const MatXX J = RandomMatrix(n, n, &random);
   const VecX e0 = RandomMatrix(n, 1, &random);
   MatXX motions = MatXX::Zero(n, 4);  // linear however far the states move; the last column is no motion
@@ -265,6 +283,10 @@ TEST(Stage5, TheResidualMovesWithTheStates) {
   }
   Require("5", Text("5.e_of", {{"what", "5.no_motion"}}), e0, got["e 3"], {}, {{"5.4", "5.e0_missing", VecX::Zero(n)}},
           1e-10, "5.4");
+}
+
+TEST(Stage5, TheResidualMovesWithTheStates) {
+  for (const int n : {9, Vary(30, 40, 60)}) CheckResidual(n);  // more than a pose has
 }
 
 // ---- all together ---------------------------------------------------------------------------------------------------

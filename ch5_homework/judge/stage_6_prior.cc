@@ -114,8 +114,10 @@ void CheckFactor(const MatXX& A, const VecX& b, const Text& what) {
 
 TEST(Stage6, FactorsARegularSystem) {
   Random random(Seed(63));
-  const MatXX A = RandomPositiveDefinite(6, &random);
-  CheckFactor(A, RandomMatrix(6, 1, &random), "6.six_rows");
+  for (const int rows : {6, Vary(70, 90, 59)}) {
+    const MatXX A = RandomPositiveDefinite(rows, &random);
+    CheckFactor(A, RandomMatrix(rows, 1, &random), {"6.rows", {{"n", Word(rows)}}});
+  }
 }
 
 TEST(Stage6, FactorsASystemWithFreeDirections) {  // position and yaw: four eigenvalues are zero

@@ -318,7 +318,9 @@ TEST(Stage6, TheWindowSlidesAgainAndAgain) {
   WindowScene scene("sliding window");
   Window& window = scene.window;
   using Flag = MarginalizationFlag;
-  const std::vector<Flag> flags{Flag::kOld, Flag::kOld, Flag::kSecondNew, Flag::kOld, Flag::kSecondNew, Flag::kOld};
+  std::vector<Flag> flags{Flag::kOld, Flag::kOld, Flag::kSecondNew, Flag::kOld, Flag::kSecondNew, Flag::kOld};
+  Random random(Seed(70));
+  while (flags.size() < 15) flags.push_back(random.Bits() % 2 ? Flag::kOld : Flag::kSecondNew);
   VecX numbers(flags.size());
   std::transform(flags.begin(), flags.end(), numbers.data(), [](Flag flag) { return static_cast<double>(flag); });
   const Answer answer = Ask("SlideRepeatedly", scene, {{"flags", numbers}});

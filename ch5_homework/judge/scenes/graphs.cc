@@ -58,7 +58,7 @@ void PointsAndADepth(GraphScene* s) {
     for (const auto& pose : poses) AddRandomEdge<2>(&s->graph, &s->random, point, pose);
   }
   AddRandomEdge<2>(&s->graph, &s->random, poses[1], points[1]);
-  AddRandomEdge<2>(&s->graph, &s->random, depths[0], poses[0], poses[2]);
+  AddRandomEdge<2>(&s->graph, &s->random, depths[0], poses[0], poses[2], poses[1]);
 }
 
 void FixedVertices(GraphScene* s) {
