@@ -10,7 +10,7 @@ namespace {
 
 constexpr char kUsage[] =
     "usage: ch5_bal FILE --out DIR [--iterations N] [--threads N] [--huber PIXELS] [--solver NAME]\n"
-    "               [--points NAME]\n"
+    "               [--points NAME] [--strict]\n"
     "Solves the bundle adjustment in FILE (BAL text) and writes into DIR: the result as BAL and PLY, the table of\n"
     "iterations, a summary, and what figures/bal.py draws.\n"
     "  --iterations N   at most N iterations (50)\n"
@@ -19,7 +19,8 @@ constexpr char kUsage[] =
     "  --solver NAME    of the cameras' system: dense, sparse or pcg form it, implicit-pcg and power-series do not;\n"
     "                   automatic (the default) begins with power-series for more than 400 cameras\n"
     "  --points NAME    how a step moves a point: ray, along the ray from a camera; xyz, by x + dx; or parallax (the\n"
-    "                   default): on its ray if its cameras see it from directions less than 5 degrees apart\n";
+    "                   default): on its ray if its cameras see it from directions less than 5 degrees apart\n"
+    "  --strict         a repeated observation is an error; without it, it is left out and counted\n";
 
 // What is solved all the same, but hardly meant.
 void PrintDoubts(const ch5::BalProblem& problem) {
@@ -40,13 +41,17 @@ void PrintDoubts(const ch5::BalProblem& problem) {
     std::printf("no x is negative: BAL's pixels are counted from the center of the image, y upwards\n");
 }
 
-void Run(const ch5::FileSolveOptions& options, ch5::BalPoints move) {
-  const ch5::BalProblem problem = ch5::ReadBal(options.input);
+void Run(const ch5::FileSolveOptions& options, ch5::BalPoints move, bool strict) {
+  std::vector<ch5::LeftOut> left_out;
+  const ch5::BalProblem problem = ch5::ReadBal(options.input, strict ? nullptr : &left_out);
   const ch5::OutputFolder made(options.out);
   std::printf("%s: %zu cameras, %zu points, %zu observations\n\n", options.Name().c_str(), problem.cameras.size(),
               problem.points.size(), problem.observations.size());
   PrintDoubts(problem);
-  const ch5::BalStudy study = ch5::SolveBal(problem, options, move);
+  for (const ch5::LeftOut& repeated : left_out)
+    std::printf("observations left out: %d, the first: %s\n", repeated.count, repeated.first.c_str());
+  ch5::BalStudy study = ch5::SolveBal(problem, options, move);
+  study.left_out = left_out;
   ch5::WriteBalStudy(study, options);
   char error[80];
   std::snprintf(error, sizeof error, ", mean error %.3f -> %.3f px", study.mean_error_before, study.mean_error_after);
@@ -61,9 +66,11 @@ void Run(const ch5::FileSolveOptions& options, ch5::BalPoints move) {
 int main(int argc, char** argv) {
   ch5::FileSolveOptions options;
   ch5::BalPoints move = ch5::BalPoints::kByParallax;
+  bool strict = false;
   return ch5::RunFileCommand(
-      "ch5_bal", kUsage, argc, argv, &options, [&] { Run(options, move); },
+      "ch5_bal", kUsage, argc, argv, &options, [&] { Run(options, move, strict); },
       [&](ch5::CommandLine* line) {
+        line->Flag("--strict", [&] { strict = true; });
         line->Option("--points", [&](const std::string& name) {
           move = ch5::OneOf<ch5::BalPoints>(name, {{"ray", ch5::BalPoints::kOnRay},
                                                    {"xyz", ch5::BalPoints::kXyz},

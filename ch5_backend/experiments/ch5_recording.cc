@@ -18,13 +18,15 @@ namespace {
 constexpr char kUsage[] =
     "usage: ch5_recording FOLDER --out DIR [--policy vins|okvis] [--batch] [--seconds A:B] [--window N]\n"
     "       [--max-features N] [--first-estimates none|prior|full] [--estimate-extrinsic] [--estimate-time-offset] "
-    "[--mono]\n"
+    "[--mono] [--strict]\n"
     "Follows the camera and IMU recorded in FOLDER (calibration.yaml, imu.csv, tracks.csv and, to compare with,\n"
     "groundtruth.csv; ch5_backend/GUIDE.md has their format) with both window policies, and writes to DIR: "
     "trajectories in TUM's and EuRoC's format, and\n"
     "tables in DIR/csv, which figures/recording.py draws. After a restart a new segment begins, with its own files,\n"
     "POLICY_1.tum and so on, which is compared with the truth separately.\n"
     "A second camera, camera1 of calibration.yaml, is followed too; --mono leaves it out.\n"
+    "Rows that cannot be read are left out, counted and named, unless they are more than one in twenty; with --strict\n"
+    "the first is an error.\n"
     "--batch also solves the longest segment at once. --window is VINS's frames or OKVIS's keyframes. The other "
     "settings\n"
     "can also be set in calibration.yaml, as `max_features: 60` under `estimator:`; the command line takes "
@@ -33,7 +35,7 @@ constexpr char kUsage[] =
 struct Command {
   std::string folder, out;
   ch5::EstimatorWords given;
-  bool batch = false;
+  bool batch = false, strict = false;
 };
 
 // A number, or "-" for NaN.
@@ -80,7 +82,8 @@ void PrintRun(const ch5::OdometryRun& run) {
 }
 
 void Run(const Command& command) {
-  ch5::Recording recording = ch5::ReadRecording(command.folder);
+  std::vector<ch5::LeftOut> left_out;
+  ch5::Recording recording = ch5::ReadRecording(command.folder, command.strict ? nullptr : &left_out);
   const auto extras = ch5::ReadCalibrationExtras(std::filesystem::path(command.folder) / "calibration.yaml");
   ch5::OdometrySettings settings = ch5::ReadOdometrySettings(extras.estimator, command.given);
   settings.Restrict(&recording);
@@ -90,6 +93,11 @@ void Run(const Command& command) {
       std::fprintf(stderr, "ch5_recording: warning: %s\n", warning.words.c_str());
     warnings.insert(warnings.end(), more.begin(), more.end());
   };
+  for (const ch5::LeftOut& lines : left_out) {
+    warn({{"left_out", static_cast<double>(lines.count), 0.0,
+           lines.file + ": lines left out: " + std::to_string(lines.count) + ", the first: " + lines.first,
+           lines.first}});
+  }
   if (const auto& keys = extras.not_used; !keys.empty()) {
     warn({{"cameras", static_cast<double>(keys.size()), 0.0,
            "only camera and camera1 are used; keys of others: " + std::to_string(keys.size()) + ", the first is " +
@@ -136,6 +144,7 @@ int main(int argc, char** argv) {
   line.Argument("FILE", &command.folder);
   line.Text("--out", &command.out);
   line.Flag("--batch", [&] { command.batch = true; });
+  line.Flag("--strict", [&] { command.strict = true; });
   ch5::DeclareOdometryOptions(&line, &command.given);
   return line.Run(argc, argv, [&] { Run(command); });
 }

@@ -49,7 +49,7 @@ def warnings(directory, say):
     """What is doubtful in the data."""
     for row in read(directory, "odometry_warnings", may_be_empty=True).rows():
         numbers = {name: f"{row[name]:.4g}".replace("-", "−") for name in ("value", "other")}
-        words = say(f"warning.{row['warning']}", axis=row["axis"], **numbers)
+        words = say(f"warning.{row['warning']}", detail=row["detail"], **numbers)
         yield Markup("<p><strong>{}</strong>{}</p>").format(say("warning"), words)
 
 

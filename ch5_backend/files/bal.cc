@@ -23,26 +23,36 @@ void RequireRoomFor(int cameras, int points, int observations, const TextReader&
   }
 }
 
-// Throws if a camera sees a point twice. Observations are put in order of points by counting, and each camera
+// Of a point that a camera sees twice, the first observation stays. Observations are put in order of points by counting, and each camera
 // remembers its last observation in that order: linear time.
-void RefuseRepetitions(const BalProblem& problem, const std::vector<int>& lines, const std::string& path) {
-  const std::vector<BalObservation>& observations = problem.observations;
-  std::vector<size_t> next(problem.points.size() + 1, 0);  // place of the point's next observation
+void LeaveOutRepetitions(const std::vector<int>& lines, const std::string& path, std::vector<LeftOut>* left_out,
+                         BalProblem* problem) {
+  std::vector<BalObservation>& observations = problem->observations;
+  std::vector<size_t> next(problem->points.size() + 1, 0);  // place of the point's next observation
   for (const auto& observation : observations) ++next[static_cast<size_t>(observation.point) + 1];
   for (size_t i = 1; i < next.size(); ++i) next[i] += next[i - 1];
   std::vector<size_t> order(observations.size());
   for (size_t i = 0; i < order.size(); ++i) order[next[static_cast<size_t>(observations[i].point)]++] = i;
 
   constexpr size_t kNone = std::numeric_limits<size_t>::max();
-  std::vector<size_t> last(problem.cameras.size(), kNone);
-  for (const size_t i : order) {
+  std::vector<size_t> last(problem->cameras.size(), kNone);
+  std::vector<bool> is_repeated(observations.size(), false);
+  auto next_in_order = order.begin();
+  ReadEach(path, left_out, [&] {
+    if (next_in_order == order.end()) return false;
+    const size_t i = *next_in_order++;
     const auto [camera, point, pixel] = observations[i];
-    const size_t previous = std::exchange(last[static_cast<size_t>(camera)], i);
-    if (previous == kNone || observations[previous].point != point) continue;
+    size_t& previous = last[static_cast<size_t>(camera)];
+    is_repeated[i] = previous != kNone && observations[previous].point == point;
+    if (!is_repeated[i]) previous = i;
+    if (!is_repeated[i]) return true;
     throw FileError(path + ":" + std::to_string(lines[i]) + ": observation " + std::to_string(i) +
                     " is repeated: camera " + std::to_string(camera) + " saw point " + std::to_string(point) +
                     " in line " + std::to_string(lines[previous]) + " already");
-  }
+  });
+  size_t i = 0;
+  const auto leaves = [&](const BalObservation&) { return is_repeated[i++]; };
+  observations.erase(std::remove_if(observations.begin(), observations.end(), leaves), observations.end());
 }
 
 Qd Rotation(const Vec9& camera) { return ExpSO3(camera.head<3>()); }
@@ -127,7 +137,7 @@ bool MovesOnRay(const Views& views, BalPoints move) {
 
 }  // namespace
 
-BalProblem ReadBal(const std::string& path) {
+BalProblem ReadBal(const std::string& path, std::vector<LeftOut>* left_out) {
   constexpr int kMost = std::numeric_limits<int>::max();
   TextReader reader(path);
   const int cameras = reader.ReadInt("number of cameras", 1, kMost);
@@ -161,7 +171,7 @@ BalProblem ReadBal(const std::string& path) {
     for (int k = 0; k < 3; ++k) problem.points[static_cast<size_t>(i)][k] = reader.ReadDouble(kCoordinates[k]);
   }
   reader.ExpectEnd();
-  RefuseRepetitions(problem, lines, path);
+  LeaveOutRepetitions(lines, path, left_out, &problem);
   return problem;
 }
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "ch5_backend/files/text_reader.h"
 #include "ch5_backend/graph/graph.h"
 #include "ch5_backend/types/bal/bal_problem.h"
 #include "ch5_backend/types/vertices.h"
@@ -17,7 +18,8 @@ namespace ch5 {
 /// @throws FileError "file:line: what, got value" if the file is missing, empty, cut short, not text, or holds
 ///         counts that the file is too small for, an index out of range, a repeated observation, a number that is
 ///         not finite or beyond 1e15, or text after the last point
-BalProblem ReadBal(const std::string& path);
+/// @param left_out  if not null, repeated observations are left out and counted here, unless they are many
+BalProblem ReadBal(const std::string& path, std::vector<LeftOut>* left_out = nullptr);
 
 /// The file's text; every number reads back as the same double.
 std::string FormatBal(const BalProblem& problem);

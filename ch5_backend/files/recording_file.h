@@ -24,13 +24,14 @@ namespace ch5 {
 ///         track twice in an image, a point of a camera that has no calibration, a quaternion that is not of length 1, an unknown or missing key of the calibration,
 ///         fewer than two IMU measurements, no image, a table that ends within a line, or a truth whose quaternions agree with
 ///         the gyroscope in the order x, y, z, w only
-Recording ReadRecording(const std::filesystem::path& folder);
+/// @param left_out  if not null, rows of the tables that cannot be read are left out and counted here, unless they are many
+Recording ReadRecording(const std::filesystem::path& folder, std::vector<LeftOut>* left_out = nullptr);
 
 /// Poses in TUM's format: `timestamp tx ty tz qx qy qz qw` in a line, in seconds; lines that begin with # are comments. IsTum
 /// tells by the first pose. Velocities become differences of the positions.
 /// @throws FileError likewise
 bool IsTum(const std::string& path);
-std::vector<StampedState> ReadTum(const std::string& path, int64_t origin_ns);
+std::vector<StampedState> ReadTum(const std::string& path, int64_t origin_ns, std::vector<LeftOut>* left_out = nullptr);
 
 /// What a table of poses lacks: velocities become differences of the positions.
 /// @throws FileError at the csv's position if there is no pose

@@ -29,21 +29,24 @@ bool NextRow(CsvReader* csv) {
   return true;
 }
 
-void ReadImu(const std::string& path, Recording* recording) {
+void ReadImu(const std::string& path, Recording* recording, std::vector<LeftOut>* left_out) {
   CsvReader csv(path);
-  while (NextRow(&csv)) {
+  ReadEach(path, left_out, [&] {
+    if (!NextRow(&csv)) return false;
     const int64_t stamp = csv.Stamp();
     if (recording->imu.empty()) recording->origin_ns = stamp;
     recording->imu.push_back({TimeOf(csv, stamp, *recording), csv.Vector("a_"), csv.Vector("w_")});
-  }
+    return true;
+  });
   if (const std::string why = WhyNotInUnits(recording->imu, recording->calibration); !why.empty()) csv.Fail(why);
 }
 
-void ReadTracks(const std::string& path, Recording* recording) {
+void ReadTracks(const std::string& path, Recording* recording, std::vector<LeftOut>* left_out) {
   CsvReader csv(path);
   std::set<std::pair<int, int>> seen;  // of the current image: camera and id
   const bool has_camera = csv.Has("camera");
-  while (NextRow(&csv)) {
+  ReadEach(path, left_out, [&] {
+    if (!NextRow(&csv)) return false;
     const double t = TimeOf(csv, csv.Stamp(/*may_repeat=*/true), *recording);
     if (recording->images.empty() || recording->images.back().t != t) {
       recording->images.push_back({t, {}});
@@ -66,7 +69,8 @@ void ReadTracks(const std::string& path, Recording* recording) {
     }
     Image& image = recording->images.back();
     (camera == 0 ? image.tracks : image.tracks1).push_back({id, x});
-  }
+    return true;
+  });
   const std::vector<Image>& frames = recording->images;
   if (frames.empty()) csv.Fail("at least one image is needed");
   const auto in_imus_time = [&](const Image& image) { return image.t >= 0.0 && image.t <= recording->imu.back().t; };
@@ -75,10 +79,11 @@ void ReadTracks(const std::string& path, Recording* recording) {
   }
 }
 
-void ReadTruth(const std::string& path, Recording* recording) {
+void ReadTruth(const std::string& path, Recording* recording, std::vector<LeftOut>* left_out) {
   CsvReader csv(path);
   const bool has_velocity = csv.Has("v_x"), has_biases = csv.Has("bg_x") || csv.Has("ba_x");
-  while (NextRow(&csv)) {
+  ReadEach(path, left_out, [&] {
+    if (!NextRow(&csv)) return false;
     StampedState state;
     state.t = TimeOf(csv, csv.Stamp(), *recording);
     state.T_W_B = {csv.Rotation(), csv.Vector("p_")};
@@ -88,7 +93,8 @@ void ReadTruth(const std::string& path, Recording* recording) {
       state.b_a = csv.Vector("ba_");
     }
     recording->truth.push_back(state);
-  }
+    return true;
+  });
   CompleteTruth(csv, has_velocity, &recording->truth);
 }
 
@@ -204,13 +210,15 @@ bool IsTum(const std::string& path) {
   return false;
 }
 
-std::vector<StampedState> ReadTum(const std::string& path, int64_t origin_ns) {
+std::vector<StampedState> ReadTum(const std::string& path, int64_t origin_ns, std::vector<LeftOut>* left_out) {
   constexpr const char* kNames[] = {"timestamp [s]", "tx", "ty", "tz", "qx", "qy", "qz", "qw"};
   TextReader reader(path);
   std::vector<StampedState> states;
-  while (const auto line = reader.ReadLine()) {
+  ReadEach(path, left_out, [&] {
+    const auto line = reader.ReadLine();
+    if (!line) return false;
     const auto words = Words(*line);
-    if (words.empty() || words[0][0] == '#') continue;
+    if (words.empty() || words[0][0] == '#') return true;
     if (words.size() != 8)
       reader.Fail("a pose is timestamp tx ty tz qx qy qz qw, eight numbers, got " + TextReader::Quote(*line));
     double x[8];
@@ -226,7 +234,8 @@ std::vector<StampedState> ReadTum(const std::string& path, int64_t origin_ns) {
     if (const std::string why = WhyNotUnit(state.T_W_B.q); !why.empty()) reader.Fail(why);
     state.T_W_B.q.normalize();
     states.push_back(state);
-  }
+    return true;
+  });
   DifferentiatePositions(&states);
   return states;
 }
@@ -276,18 +285,18 @@ CalibrationExtras ReadCalibrationExtras(const std::filesystem::path& file) {
   return extras;
 }
 
-Recording ReadRecording(const std::filesystem::path& folder) {
+Recording ReadRecording(const std::filesystem::path& folder, std::vector<LeftOut>* left_out) {
   Recording recording;
   recording.calibration = ReadCalibration(folder / "calibration.yaml");
-  ReadImu((folder / "imu.csv").string(), &recording);
-  ReadTracks((folder / "tracks.csv").string(), &recording);
+  ReadImu((folder / "imu.csv").string(), &recording, left_out);
+  ReadTracks((folder / "tracks.csv").string(), &recording, left_out);
   for (const char* name : {"groundtruth.csv", "groundtruth.txt"}) {
     const std::filesystem::path truth = folder / name;
     if (!std::filesystem::exists(std::filesystem::symlink_status(truth))) continue;  // a link to nothing is an error
     if (IsTum(truth.string())) {
-      recording.truth = ReadTum(truth.string(), recording.origin_ns);
+      recording.truth = ReadTum(truth.string(), recording.origin_ns, left_out);
     } else {
-      ReadTruth(truth.string(), &recording);
+      ReadTruth(truth.string(), &recording, left_out);
     }
     CheckTruth(truth.string(), recording);
     break;

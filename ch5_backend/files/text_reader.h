@@ -24,6 +24,34 @@ class FileError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// The lines of a file that a reader has left out, so that a few damaged ones do not cost the whole.
+struct LeftOut {
+  std::string file;
+  int count = 0;
+  std::string first;  ///< "file:line: what is wrong, got value"
+};
+
+/// Calls `read`, which reads one line's item and returns false at the end, until then. What throws is left out and added to
+/// `left_out`. More than one in twenty is not damage but a file that is not understood.
+/// @param left_out  null: the first error is thrown
+/// @throws FileError the first error, if so
+template <typename Read>
+void ReadEach(const std::string& file, std::vector<LeftOut>* left_out, const Read& read) {
+  LeftOut here{file, 0, {}};
+  int taken = 0;
+  for (bool more = true; more;) {
+    try {
+      more = read();
+      ++taken;
+    } catch (const FileError& error) {
+      if (!left_out) throw;
+      if (here.count++ == 0) here.first = error.what();
+    }
+  }
+  if (20 * here.count > taken) throw FileError(here.first);
+  if (here.count > 0) left_out->push_back(here);
+}
+
 class TextReader {
  public:
   /// Reads the whole file into memory.

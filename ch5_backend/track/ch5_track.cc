@@ -10,19 +10,24 @@
 namespace {
 
 constexpr char kUsage[] =
-    "usage: ch5_track FOLDER --out DIR [--mono]\n"
+    "usage: ch5_track FOLDER --out DIR [--mono] [--strict]\n"
     "Follows corners through the images of FOLDER, which is in EuRoC's layout (mav0/ with cam0, imu0 and perhaps\n"
     "cam1 and state_groundtruth_estimate0; ch5_backend/GUIDE.md), and writes the recording DIR: tracks.csv, imu.csv,\n"
-    "calibration.yaml and, where the truth is known, groundtruth.csv. --mono leaves cam1 out.\n";
+    "calibration.yaml and, where the truth is known, groundtruth.csv. --mono leaves cam1 out.\n"
+    "Rows and images that cannot be read are left out and counted; with --strict the first is an error.\n";
 
-void Run(const std::string& folder, const std::string& out, bool mono) {
-  const ch5::EurocFolder euroc = ch5::ReadEurocFolder(folder, mono);
+void Run(const std::string& folder, const std::string& out, bool mono, bool strict) {
+  std::vector<ch5::LeftOut> left_out;
+  const auto counted = strict ? nullptr : &left_out;
+  const ch5::EurocFolder euroc = ch5::ReadEurocFolder(folder, mono, counted);
   for (const std::string& note : euroc.notes) std::printf("%s\n", note.c_str());
   std::fflush(stdout);
   const ch5::Progress progress;
-  const ch5::TrackedRecording tracked =
-      ch5::TrackImages(euroc, {}, [&](double fraction) { progress.Show("track", fraction); });
+  const ch5::TrackedRecording tracked = ch5::TrackImages(
+      euroc, {}, [&](double fraction) { progress.Show("track", fraction); }, counted);
   progress.Clear();
+  for (const ch5::LeftOut& items : left_out)
+    std::printf("%s: left out: %d, the first: %s\n", items.file.c_str(), items.count, items.first.c_str());
   const auto& frames = tracked.recording.images;
   size_t observations = 0, matched = 0;
   for (const ch5::Image& frame : frames) {
@@ -49,10 +54,11 @@ void Run(const std::string& folder, const std::string& out, bool mono) {
 
 int main(int argc, char** argv) {
   std::string folder, out;
-  bool mono = false;
+  bool mono = false, strict = false;
   ch5::CommandLine line("ch5_track", kUsage);
   line.Argument("FOLDER", &folder);
   line.Text("--out", &out);
   line.Flag("--mono", [&] { mono = true; });
-  return line.Run(argc, argv, [&] { Run(folder, out, mono); });
+  line.Flag("--strict", [&] { strict = true; });
+  return line.Run(argc, argv, [&] { Run(folder, out, mono, strict); });
 }

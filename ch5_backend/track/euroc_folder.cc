@@ -69,7 +69,7 @@ SensorYaml ReadSensor(const fs::path& mav0, const std::string& sensor) {
 }
 
 // The IMU's own T_BS; most publishers take the IMU for the body.
-Transform ReadImu(const fs::path& mav0, EurocFolder* result) {
+Transform ReadImu(const fs::path& mav0, std::vector<LeftOut>* left_out, EurocFolder* result) {
   Recording* recording = &result->recording;
   const SensorYaml yaml = ReadSensor(mav0, "imu0");
   Calibration& c = recording->calibration;
@@ -80,14 +80,17 @@ Transform ReadImu(const fs::path& mav0, EurocFolder* result) {
   c.noise.accelerometer_walk = yaml.Positive("accelerometer_random_walk");
   c.imu_rate = yaml.Positive(yaml.Name("rate_hz", "update_rate"));
 
-  CsvReader csv((mav0 / "imu0" / "data.csv").string());
-  while (csv.NextRow()) {
+  const std::string path = (mav0 / "imu0" / "data.csv").string();
+  CsvReader csv(path);
+  ReadEach(path, left_out, [&] {
+    if (!csv.NextRow()) return false;
     const int64_t stamp = csv.Stamp();
     if (recording->imu.empty()) recording->origin_ns = stamp;
     recording->imu.push_back({SecondsAt(stamp, recording->origin_ns), csv.Vector("a_"), csv.Vector("w_")});
     if (csv.EndsInRow())
       result->notes.push_back("imu0: the last line has no end; if the file is cut, so may be its last number");
-  }
+    return true;
+  });
   if (const std::string why = WhyNotInUnits(recording->imu, recording->calibration); !why.empty()) csv.Fail(why);
   return yaml.Has("T_BS") ? yaml.T_B_S() : Transform{};
 }
@@ -162,7 +165,7 @@ void NoteGaps(EurocFolder* result) {
   }
 }
 
-void ReadCamera(const fs::path& mav0, const Transform& T_B_I, EurocFolder* result) {
+void ReadCamera(const fs::path& mav0, const Transform& T_B_I, std::vector<LeftOut>* left_out, EurocFolder* result) {
   const SensorYaml yaml = ReadSensor(mav0, "cam0");
   const fs::path folder = mav0 / "cam0";
   Calibration& c = result->recording.calibration;
@@ -171,19 +174,23 @@ void ReadCamera(const fs::path& mav0, const Transform& T_B_I, EurocFolder* resul
   CheckLens(yaml, result->lens, c);
   const double shift = ClockShift(yaml);
 
-  CsvReader csv((folder / "data.csv").string());
+  const std::string path = (folder / "data.csv").string();
+  CsvReader csv(path);
   const double end = result->recording.imu.back().t;
   double first = 0.0, last = 0.0;
   size_t count = 0;
-  while (csv.NextRow()) {
+  ReadEach(path, left_out, [&] {
+    if (!csv.NextRow()) return false;
     last = SecondsAt(csv.Stamp(), result->recording.origin_ns) + shift;
     if (count++ == 0) first = last;
-    if (last < 0.0 || last > end) continue;
-    result->images.push_back({last, ImageOfRow(folder, csv)});
-  }
+    if (last < 0.0 || last > end) return true;
+    const fs::path image = ImageOfRow(folder, csv);
+    result->images.push_back({last, image});
+    return true;
+  });
   if (count == 0) csv.Fail("at least one image is needed");
   if (result->images.empty()) {
-    throw FileError((folder / "data.csv").string() + ": " + ClocksDiffer(first, last, result->recording.imu));
+    throw FileError(path + ": " + ClocksDiffer(first, last, result->recording.imu));
   }
   c.camera_rate = CameraRate(yaml, count, last - first);
   NoteGaps(result);
@@ -193,7 +200,8 @@ void ReadCamera(const fs::path& mav0, const Transform& T_B_I, EurocFolder* resul
 }
 
 // Each image of cam1 goes with cam0's of the same time; where the two are not synchronized, cam1 is of no use.
-void ReadSecondCamera(const fs::path& mav0, const Transform& T_B_I, EurocFolder* result) {
+void ReadSecondCamera(const fs::path& mav0, const Transform& T_B_I, std::vector<LeftOut>* left_out,
+                      EurocFolder* result) {
   constexpr double kSameTime = 1e-3;  // [s]: a camera that turns by 1 rad/s has turned by half a pixel
   const SensorYaml yaml = ReadSensor(mav0, "cam1");
   const fs::path folder = mav0 / "cam1";
@@ -205,16 +213,19 @@ void ReadSecondCamera(const fs::path& mav0, const Transform& T_B_I, EurocFolder*
     return;
   }
   const double shift = ClockShift(yaml);
-  CsvReader csv((folder / "data.csv").string());
+  const std::string path = (folder / "data.csv").string();
+  CsvReader csv(path);
   auto image = result->images.begin();
   size_t count = 0;
-  while (csv.NextRow()) {
+  ReadEach(path, left_out, [&] {
+    if (!csv.NextRow()) return false;
     const double t = SecondsAt(csv.Stamp(), result->recording.origin_ns) + shift;
     while (image != result->images.end() && image->t < t - kSameTime) ++image;
-    if (image == result->images.end() || image->t > t + kSameTime) continue;
+    if (image == result->images.end() || image->t > t + kSameTime) return true;
     image->path1 = ImageOfRow(folder, csv);
     ++count;
-  }
+    return true;
+  });
   if (count == 0) {
     result->notes.push_back("cam1 is not used: it has no image within 1 ms of one of cam0's");
     return;
@@ -226,8 +237,9 @@ void ReadSecondCamera(const fs::path& mav0, const Transform& T_B_I, EurocFolder*
 }
 
 // Empty if there are no rotations.
-std::vector<StampedState> ReadTruth(const fs::path& path, const Transform& T_B_I, const Recording& recording) {
-  if (IsTum(path.string())) return ReadTum(path.string(), recording.origin_ns);
+std::vector<StampedState> ReadTruth(const fs::path& path, const Transform& T_B_I, const Recording& recording,
+                                    std::vector<LeftOut>* left_out) {
+  if (IsTum(path.string())) return ReadTum(path.string(), recording.origin_ns, left_out);
   Transform T_S_I = T_B_I;
   if (const fs::path file = path.parent_path() / "sensor.yaml"; fs::exists(file)) {
     const SensorYaml yaml(file.string());
@@ -237,7 +249,8 @@ std::vector<StampedState> ReadTruth(const fs::path& path, const Transform& T_B_I
   if (!csv.Has("q_w")) return {};
   const bool has_velocity = csv.Has("v_x") && IsIdentity(T_S_I), has_biases = csv.Has("b_w_x") && csv.Has("b_a_x");
   std::vector<StampedState> states;
-  while (csv.NextRow()) {
+  ReadEach(path.string(), left_out, [&] {
+    if (!csv.NextRow()) return false;
     StampedState state;
     state.t = SecondsAt(csv.Stamp(), recording.origin_ns);
     state.T_W_B = Transform{csv.Rotation(), csv.Vector("p_")} * T_S_I;
@@ -247,20 +260,21 @@ std::vector<StampedState> ReadTruth(const fs::path& path, const Transform& T_B_I
       state.b_a = csv.Vector("b_a_");
     }
     states.push_back(state);
-  }
+    return true;
+  });
   CompleteTruth(csv, has_velocity, &states);
   return states;
 }
 
 // The best that there is: the batch's states, the poses of a motion capture system, or a file of the user's own.
-void FindTruth(const fs::path& mav0, const Transform& T_B_I, EurocFolder* result) {
+void FindTruth(const fs::path& mav0, const Transform& T_B_I, std::vector<LeftOut>* left_out, EurocFolder* result) {
   std::vector<StampedState>& truth = result->recording.truth;
   for (const char* name :
        {"state_groundtruth_estimate0/data.csv", "vicon0/data.csv", "mocap0/data.csv", "groundtruth.csv",
         "groundtruth.txt", "gt.txt", "../groundtruth.csv", "../groundtruth.txt", "../gt.txt", "leica0/data.csv"}) {
     const fs::path file = (mav0 / name).lexically_normal();
     if (!fs::exists(file)) continue;
-    truth = ReadTruth(file, T_B_I, result->recording);
+    truth = ReadTruth(file, T_B_I, result->recording, left_out);
     std::string note = (file.filename() == "data.csv" ? file.parent_path() : file).filename().string();
     if (truth.empty()) {
       note = "none, since " + note + " has no rotations (columns q_w, q_x, q_y, q_z)";
@@ -277,13 +291,13 @@ void FindTruth(const fs::path& mav0, const Transform& T_B_I, EurocFolder* result
 
 }  // namespace
 
-EurocFolder ReadEurocFolder(const fs::path& folder, bool mono) {
+EurocFolder ReadEurocFolder(const fs::path& folder, bool mono, std::vector<LeftOut>* left_out) {
   const fs::path mav0 = FindMav0(folder);
   EurocFolder result;
-  const Transform T_B_I = ReadImu(mav0, &result);
-  ReadCamera(mav0, T_B_I, &result);
-  if (!mono && fs::exists(mav0 / "cam1")) ReadSecondCamera(mav0, T_B_I, &result);
-  FindTruth(mav0, T_B_I, &result);
+  const Transform T_B_I = ReadImu(mav0, left_out, &result);
+  ReadCamera(mav0, T_B_I, left_out, &result);
+  if (!mono && fs::exists(mav0 / "cam1")) ReadSecondCamera(mav0, T_B_I, left_out, &result);
+  FindTruth(mav0, T_B_I, left_out, &result);
   return result;
 }
 

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "ch5_backend/files/text_reader.h"
 #include "ch5_backend/track/lens.h"
 #include "ch5_backend/types/recording.h"
 
@@ -32,9 +33,11 @@ struct EurocFolder {
 
 /// @param folder  mav0, or the folder that holds it
 /// @param mono    leaves cam1 out; it is also left out, with a note, if it has no image at the time of one of cam0's
+/// @param left_out  if not null, rows that cannot be read are left out and counted here, unless they are many
 /// @throws FileError naming file, line and value for whatever is missing or cannot be: a file, a column, a key, a number,
 ///         a T_BS that is no rigid transform, an unknown camera model, a camera and an IMU that have no time in common, an
 ///         IMU that does not feel gravity
-EurocFolder ReadEurocFolder(const std::filesystem::path& folder, bool mono = false);
+EurocFolder ReadEurocFolder(const std::filesystem::path& folder, bool mono = false,
+                            std::vector<LeftOut>* left_out = nullptr);
 
 }  // namespace ch5

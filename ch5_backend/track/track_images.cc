@@ -34,7 +34,7 @@ cv::Mat ReadImage(const std::filesystem::path& path, const Camera& camera) {
 }  // namespace
 
 TrackedRecording TrackImages(const EurocFolder& folder, const TrackerOptions& options,
-                             const std::function<void(double)>& progress) {
+                             const std::function<void(double)>& progress, std::vector<LeftOut>* left_out) {
   const std::clock_t begin = std::clock();
   cv::setNumThreads(1);
   TrackedRecording result{folder.recording};
@@ -45,7 +45,10 @@ TrackedRecording TrackImages(const EurocFolder& folder, const TrackerOptions& op
   std::set<int> ids;
   size_t observations = 0;
   double last = folder.images.front().t;
-  for (const ImageFile& image : folder.images) {
+  auto next = folder.images.begin();
+  ReadEach("images", left_out, [&] {
+    if (next == folder.images.end()) return false;
+    const ImageFile& image = *next++;
     if (image.t - last > 5.0 / calibration.camera_rate) tracker.Forget();
     const cv::Mat gray = ReadImage(image.path, calibration);
     result.recording.images.push_back({image.t, tracker.Track(gray, RotationBetween(folder.recording, last, image.t))});
@@ -58,7 +61,8 @@ TrackedRecording TrackImages(const EurocFolder& folder, const TrackerOptions& op
     if (progress) {
       progress(static_cast<double>(result.recording.images.size()) / static_cast<double>(folder.images.size()));
     }
-  }
+    return true;
+  });
   result.mean_length = static_cast<double>(observations) / static_cast<double>(std::max<size_t>(ids.size(), 1));
   result.seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
   return result;

@@ -17,8 +17,10 @@ struct TrackedRecording {
 /// Reads and follows the images one by one, on one core, those of cam1 too if the calibration has camera1. After a gap of five
 /// images or more the tracks start afresh.
 /// @param progress  called with the fraction done, 0 … 1
+/// @param left_out  if not null, images that cannot be read are left out and counted here, unless they are many
 /// @throws FileError for an image that cannot be read, or is of another size than the calibration's
 TrackedRecording TrackImages(const EurocFolder& folder, const TrackerOptions& options = {},
-                             const std::function<void(double)>& progress = nullptr);
+                             const std::function<void(double)>& progress = nullptr,
+                             std::vector<LeftOut>* left_out = nullptr);
 
 }  // namespace ch5

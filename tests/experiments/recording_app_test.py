@@ -10,6 +10,21 @@ SEGMENT = ["segment", "first_s", "last_s", "frames", "ate_m", "scale_error", "ya
 KEYS = ["policy", "ate_m", "scale_error", "yaw_error_deg", "realtime_factor", "p99_window_ms", "frames", "restarts",
         "rpe_m", "path_m", "drift_percent"]
 TABLES = {f"odometry_{name}.csv" for name in ("policies", "segments", "path", "windows", "matrices", "spectrum", "gauge", "warnings", "machine")}
+# Of one line of a table: the file, its number, what becomes of it (of the line before and itself), and what is said.
+DAMAGED = [
+    ("imu.csv", 100, lambda before, line: before, "the timestamp is repeated"),
+    ("imu.csv", 200, lambda before, line: line[:40], "a row of "),
+    ("imu.csv", 300, lambda before, line: line.rsplit(",", 1)[0] + ",nan", 'a_z: not finite, got "nan"'),
+    ("imu.csv", 400, lambda before, line: line.replace(",", ",x", 1), "w_x: not a number"),
+    ("imu.csv", 500, lambda before, line: "9999999999" + line, "timestamp [ns]: must lie in"),
+    ("tracks.csv", 300, lambda before, line: before, "the track is in this image already"),
+    ("tracks.csv", 600, lambda before, line: line.rsplit(",", 1)[0], "a row of 3 columns"),
+    ("tracks.csv", 900, lambda before, line: line.rsplit(",", 2)[0] + ",367.2,248.4", "coordinates must be normalized"),
+    ("tracks.csv", 1200, lambda before, line: "7" + line[line.index(","):], "the timestamp goes backwards, got 7"),
+    ("groundtruth.csv", 50, lambda before, line: before, "the timestamp is repeated"),
+    ("groundtruth.csv", 80, lambda before, line: line.replace(",", ",0.5,", 1).rsplit(",", 1)[0], "the quaternion must be of length 1"),
+    ("imu.csv", 1602, lambda before, line: line[:-4], "the file ends in the middle of a line"),
+]
 TRAJECTORIES = {"vins.tum", "vins.csv", "okvis.tum", "okvis.csv"}
 
 
@@ -302,7 +317,7 @@ class RecordingApp(AppTest):
         whole_imu = imu.read_text()
         edit(imu, lambda rows: [*rows[:4], [rows[4][0], *"0,0,zero,0,0,9.8".split(",")], *rows[5:]])  # the others: tests/files/recording_file_test.cc
         before = contents(self.folder)
-        done = self.program(recording, "--out", self.out)
+        done = self.program(recording, "--out", self.out, "--strict")
         self.assertEqual((done.returncode, done.stdout, done.stderr.count("\n")), (2, "", 1))
         self.assertIn(f'ch5_recording: {imu}:6: w_z: not a number, got "zero"', done.stderr)
         self.assertEqual(contents(self.folder), before)
@@ -325,6 +340,39 @@ class RecordingApp(AppTest):
         done = self.program(recording, "--out", self.out)
         self.assertEqual(done.returncode, 2)
         self.assertIn(str(tracks), done.stderr)
+
+    def test_a_damaged_line_does_not_cost_the_recording(self):
+        recording = self.simulate()
+        self.solve(recording, "--out", self.out)
+        ate = [float(row["ate_m"]) for row in table(self.out / "csv" / "odometry_policies.csv")]
+        whole = {file: (recording / file).read_text() for file, *_ in DAMAGED}
+        damaged = {file: text.split("\n") for file, text in whole.items()}
+        for file, number, change, words in DAMAGED:
+            lines = whole[file].split("\n")
+            new = change(lines[number - 2], lines[number - 1])
+            damaged[file][number - 1] = lines[number - 1] = new
+            last = len(lines) - (number == len(lines) - 1)  # a line that is cut has no end
+            (recording / file).write_text("\n".join(lines[:last]))
+            done = self.program(recording, "--out", self.out, "--strict")
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertIn(f"{file}:{number}: {words}", done.stderr)
+            (recording / file).write_text(whole[file])
+        for file, lines in damaged.items():
+            (recording / file).write_text("\n".join(lines[:-1] if file == "imu.csv" else lines))
+        result = self.course_run(recording)
+        counts = {file: sum(one[0] == file for one in DAMAGED) for file in damaged}
+        self.assertEqual([(row["warning"], row["value"]) for row in result["warnings"]], [("left_out", count) for count in counts.values()])
+        for row, (file, count) in zip(result["warnings"], counts.items()):
+            self.assertIn(f"{recording / file}: lines left out: {count}, the first: {recording / file}:", row["words"])
+        self.assertIn("Lines or images left out of a file: 6; the first: ", (self.out / "room" / "report.html").read_text(encoding="utf-8").replace("\u00a0", " "))
+        for row, before in zip(result["policies"], ate):
+            self.assertLess(row["ate_m"], 1.2 * before + 0.01)
+
+        # More than one line in twenty is no damage.
+        edit(recording / "imu.csv", lambda rows: [row[:3] if k % 15 == 0 else row for k, row in enumerate(rows)])
+        done = self.program(recording, "--out", self.out)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("imu.csv:2: a row of 3 columns", done.stderr)
 
     def test_a_recording_is_refused_a_number_of_iterations(self):
         done = run(ROOT / "course", "run", self.simulate(), "--iterations", "5", "--out", self.out)

@@ -123,6 +123,21 @@ TEST_F(BadBal, ARepeatedObservation) {
   ExpectRefused(4, "1 0 5.5 6.5", "observation 2 is repeated: camera 1 saw point 0 in line 3 already");
 }
 
+TEST_F(BadBal, ARepeatedObservationIsLeftOutOfManyIfItMay) {
+  std::string text = "2 20 41\n";
+  for (int i = 0; i < 40; ++i) text += std::to_string(i / 20) + " " + std::to_string(i % 20) + " 1.5 2.5\n";
+  text += "1 3 7 7\n" + Join({kLines[5], kLines[6]});
+  for (int i = 0; i < 20; ++i) text += kLines[7] + "\n";
+  EXPECT_EQ(Message(text), path_ + ":42: observation 40 is repeated: camera 1 saw point 3 in line 25 already");
+  std::vector<LeftOut> left_out;
+  const BalProblem problem = ReadBal(path_, &left_out);
+  ASSERT_EQ(left_out.size(), 1u);
+  EXPECT_EQ(left_out[0].count, 1);
+  EXPECT_EQ(left_out[0].first, Message(text));
+  EXPECT_EQ(problem.observations.size(), 40u);
+  EXPECT_EQ(problem.observations[23].pixel, Vec2(1.5, 2.5));
+}
+
 TEST_F(BadBal, NumbersThatAreNone) {
   ExpectRefused(2, "0 0 nan 2", R"(observation 0, x: not finite, got "nan")");
   ExpectRefused(2, "0 0 1 -inf", R"(observation 0, y: not finite, got "-inf")");

@@ -222,11 +222,19 @@ class TrackApp(AppTest):
         for name, (change, sentence) in BROKEN.items():
             with self.subTest(name):
                 place = self.copy(change, name.replace(" ", "_"))
-                done = self.program(place, "--out", self.out)
+                done = self.program(place, "--out", self.out, "--strict")
                 self.assertEqual(done.returncode, 2, done.stderr)
                 said = done.stderr.replace(str(place / "mav0"), "FOLDER")
                 self.assertRegex(said, "^ch5_track: " + sentence.replace("STAMP", r"\d{19}") + "\n$")
                 self.assertFalse(self.out.exists(), "nothing is written")
+
+    def test_a_missing_image_or_line_does_not_cost_the_recording(self):
+        for name in ("no image file", "an image that is cut", "a NaN", "a row that is cut", "a time that goes backwards"):
+            with self.subTest(name):
+                change, sentence = BROKEN[name]
+                place = self.copy(change, name.replace(" ", "_"))
+                said = self.solve(place, "--out", self.out).stdout.replace(str(place / "mav0"), "FOLDER")
+                self.assertRegex(said, r": left out: 1, the first: " + sentence.replace("STAMP", r"\d{19}") + "\n")
 
     def test_other_spellings_of_a_folder_are_the_same_recording(self):
         self.solve(self.copy(name="plain"), "--out", self.folder / "expected")

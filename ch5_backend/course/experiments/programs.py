@@ -43,9 +43,9 @@ def check_exit(command: list, code: int, message: str) -> None:
         raise CourseError(f"{name} failed with exit code {code}; {message}", code)
 
 
-def tracking(folder: str, out: Path, mono=False) -> list:
+def tracking(folder: str, out: Path, arguments) -> list:
     """Makes a recording, `out`, of a folder in EuRoC's layout."""
-    return [BIN / TRACKER, folder, "--out", out, *(["--mono"] if mono else [])]
+    return [BIN / TRACKER, folder, "--out", out, *(f"--{name}" for name in ("mono", "strict") if getattr(arguments, name))]
 
 
 def figures(kind: str, *words) -> list:

@@ -50,8 +50,8 @@ def kinds_of(arguments) -> dict:
         if not kinds:
             raise CourseError(f"{option} needs DATA: the chapter's own studies choose their settings")
         for path, kind in kinds.items():
-            if FOR[option] in ("pose_graph", "recording") and kind != FOR[option]:
-                raise CourseError(f"{option} does not apply to {path}: it is for {FOR[option].replace('_', ' ')}s")
+            if FOR[option] != "solver" and kind not in FOR[option].split():
+                raise CourseError(f"{option} does not apply to {path}: it is for {FOR[option].replace(' ', ' and ').replace('_', ' ')}s")
             if (FOR[option], kind) == ("solver", "recording") or (kind, option) == ("window", "--huber"):
                 raise CourseError(f"{option} does not apply to {path}: {WHY_NOT[kind]}")
     return kinds
@@ -78,7 +78,7 @@ def solve(path: str, kind: str, out: Path, arguments) -> dict:
     """
     options = [word for option in given_options(arguments).items() for word in option if word is not True]
     tracked, file = out / "recording", f"./{path}" if path.startswith("-") else path  # a name is not an option
-    track = [tracking(file, tracked, arguments.mono)] if has_images(path) else []
+    track = [tracking(file, tracked, arguments)] if has_images(path) else []
     try:
         with locked_dir(out):
             run_programs([*track, [BIN / f"ch5_{kind}", tracked if track else file, "--out", out, *options], figures(kind, out)], arguments.json)

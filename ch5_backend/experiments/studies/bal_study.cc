@@ -15,6 +15,8 @@ CsvTable SummaryOf(const BalStudy& study, const FileSolveOptions& options) {
   table.Row("mean_error_after_px", study.mean_error_after);
   table.Row("observations_behind_camera", study.behind_camera);
   table.Row("huber_px", options.huber);
+  table.Row("repeated_observations", study.left_out.empty() ? 0 : study.left_out[0].count);
+  table.Row("first_repeated", study.left_out.empty() ? "" : study.left_out[0].first);
   return table;
 }
 

@@ -104,9 +104,9 @@ CsvTable WindowTable(const OdometryStudy& study) {
 }
 
 CsvTable WarningTable(const OdometryStudy& study) {
-  CsvTable table("warning,value,other,axis");
+  CsvTable table("warning,value,other,detail,words");
   for (const RecordingWarning& warning : study.warnings)
-    table.Row(warning.name, warning.value, warning.other, warning.axis);
+    table.Row(warning.name, warning.value, warning.other, warning.detail, warning.words);
   return table;
 }
 

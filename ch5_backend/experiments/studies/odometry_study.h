@@ -14,10 +14,10 @@ namespace ch5 {
 
 /// What is doubtful in a recording that can be followed all the same.
 struct RecordingWarning {
-  std::string name;       ///< the report's sentence is warning.NAME in figures/words/
-  double value, other;    ///< the numbers in it
-  std::string words;      ///< the terminal's sentence
-  std::string axis = "";  ///< x, y or z, if it is about one
+  std::string name;         ///< the report's sentence is warning.NAME in figures/words/
+  double value, other;      ///< the numbers in it
+  std::string words;        ///< the terminal's sentence
+  std::string detail = "";  ///< an axis or a line of a file, if it is about one
 };
 using RecordingWarnings = std::vector<RecordingWarning>;
 

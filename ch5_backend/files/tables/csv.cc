@@ -19,9 +19,10 @@ void CsvTable::CheckWidth(size_t cells) const {
 }
 
 void CsvTable::AppendWord(std::string_view word) {
-  assert(word.find_first_of(",\n\"") == std::string_view::npos && "a word in a table has no comma, quote or newline");
-  text_ += word;
-  text_ += ',';
+  const bool is_quoted = word.find_first_of(",\n\"") != std::string_view::npos;
+  if (is_quoted) text_ += '"';
+  for (const char letter : word) text_.append(letter == '"' ? 2 : 1, letter);
+  text_ += is_quoted ? "\"," : ",";
 }
 
 void CsvTable::AppendNumber(double number) {

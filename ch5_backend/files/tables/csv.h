@@ -17,7 +17,7 @@ class CsvTable {
   /// @param header  the columns' names, comma-separated, units included: "time_s,height_m"
   explicit CsvTable(std::string_view header);
 
-  /// Appends a row of numbers and words (without commas).
+  /// Appends a row of numbers and words.
   template <typename... Cells>
   void Row(const Cells&... cells) {
     CheckWidth(sizeof...(Cells));
