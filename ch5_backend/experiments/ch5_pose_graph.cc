@@ -12,7 +12,7 @@ namespace {
 
 constexpr char kUsage[] =
     "usage: ch5_pose_graph FILE --out DIR [--init START] [--iterations N] [--threads N] [--huber X] [--solver NAME]\n"
-    "                      [--project-information] [--leave-out]\n"
+    "                      [--loss NAME] [--scale X] [--gnc] [--project-information] [--leave-out]\n"
     "Optimizes the pose graph in FILE (g2o's text format, slam2d and slam3d) and writes into DIR: the result as\n"
     ".g2o, the table of iterations, a summary, and what figures/pose_graph.py draws. The first pose is held if\n"
     "nothing in the file holds it.\n"
@@ -23,6 +23,11 @@ constexpr char kUsage[] =
     "  --iterations N   at most N iterations (1000)\n"
     "  --threads N      (as many as the machine has); the result does not depend on it\n"
     "  --huber X        Huber's loss on each edge's normalized error with this threshold (none)\n"
+    "  --loss NAME      a loss on the edges that close loops: huber, cauchy, geman-mcclure, dcs or tls (none)\n"
+    "  --scale X        of --loss and --gnc: a loop is good up to this normalized error (from the chi-squared\n"
+    "                   distribution: no good loop of the file is beyond it, with probability 0.99)\n"
+    "  --gnc            finds false loops by graduated non-convexity, from odometry, and gives them up: given_up.csv;\n"
+    "                   towards truncated least squares, or with --loss geman-mcclure towards that\n"
     "  --solver NAME    dense, sparse, pcg, implicit-pcg, power-series, or automatic (the default): dense or sparse\n"
     "  --project-information\n"
     "                   replaces each information matrix that is not positive semi-definite by the nearest one\n"
@@ -46,7 +51,17 @@ void PrintStart(const ch5::PoseGraphStudy& study) {
   std::printf("  (%.3f s)\n\n", study.seconds_to_start);
 }
 
+// Options that contradict each other.
+void Check(const ch5::PoseGraphOptions& options) {
+  if (options.loss && options.huber > 0.0) throw std::invalid_argument("--huber and --loss are two losses; give one");
+  if (options.gnc && options.huber > 0.0) throw std::invalid_argument("--huber does not go with --gnc");
+  if (options.gnc && options.loss && *options.loss != ch5::LoopLoss::kTruncated && *options.loss != ch5::LoopLoss::kGemanMcClure)
+    throw std::invalid_argument("--gnc goes with --loss tls or geman-mcclure only");
+  if (options.scale > 0.0 && !options.loss && !options.gnc) throw std::invalid_argument("--scale needs --loss or --gnc");
+}
+
 void Run(const ch5::PoseGraphOptions& options, const ch5::G2oOptions& reading) {
+  Check(options);
   ch5::G2oFile graph = ch5::ReadG2o(options.input, reading);
   const auto& edges = graph.graph.Edges();
   if (edges.empty()) throw std::invalid_argument("no edge of a known type, so nothing to optimize");
@@ -71,13 +86,15 @@ void Run(const ch5::PoseGraphOptions& options, const ch5::G2oOptions& reading) {
 
   ch5::PoseGraphStudy study = ch5::StartPoseGraph(options, &graph);
   PrintStart(study);
-  study.summary = ch5::SolveGraph(&graph.graph, options);
+  ch5::SolveStartedPoseGraph(options, &graph.graph, &study);
   ch5::WritePoseGraphStudy(study, graph, options);
   for (const int64_t id : study.fixed_ids) {
     std::printf("pose %s was held: nothing in the file holds its part\n", std::to_string(id).c_str());
   }
   ch5::PrintSummary(study.summary);
-  if (const std::string hint = ch5::HintAtHuber(graph.graph, options); !hint.empty()) std::printf("%s\n", hint.c_str());
+  std::string said = ch5::ReportOnLoops(options, study, graph.graph);
+  if (said.empty() && !options.loss) said = ch5::HintAtHuber(graph.graph, options);
+  if (!said.empty()) std::printf("%s\n", said.c_str());
 }
 
 }  // namespace
@@ -89,6 +106,9 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): RunFile
   return ch5::RunFileCommand("ch5_pose_graph", kUsage, argc, argv, &options, run, [&](ch5::CommandLine* line) {
     line->Option("--init",
                  [&](const std::string& word) { options.start = ch5::OneOf(word, ch5::kPoseGraphStartNames); });
+    line->Option("--loss", [&](const std::string& word) { options.loss = ch5::OneOf(word, ch5::kLoopLossNames); });
+    line->Number("--scale", 1e-6, 1e6, &options.scale);
+    line->Flag("--gnc", [&] { options.gnc = true; });
     line->Flag("--project-information", [&] { reading.project_information = true; });
     line->Flag("--leave-out", [&] { reading.leave_out = true; });
   });

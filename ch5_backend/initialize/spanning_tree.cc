@@ -15,6 +15,7 @@ struct Step {
   VertexPointer from, to;
   Transform T_from_to;
   bool is_odometry;
+  const Edge* edge;
 };
 
 // The steps from each pose, by its id.
@@ -28,8 +29,8 @@ std::vector<std::vector<Step>> FindSteps(const Graph& graph) {
     if (!T_i_j) continue;
     const VertexPointer &i = edge->Vertices()[0], &j = edge->Vertices()[1];
     const bool is_odometry = std::abs(place[j->Id()] - place[i->Id()]) == 1;
-    steps[i->Id()].push_back({i, j, *T_i_j, is_odometry});
-    steps[j->Id()].push_back({j, i, Inverse(*T_i_j), is_odometry});
+    steps[i->Id()].push_back({i, j, *T_i_j, is_odometry, edge.get()});
+    steps[j->Id()].push_back({j, i, Inverse(*T_i_j), is_odometry, edge.get()});
   }
   return steps;
 }
@@ -78,6 +79,12 @@ std::vector<VertexPointer> Walk(const Graph& graph, TreeOrder order, const std::
 
 std::vector<VertexPointer> FindRoots(const Graph& graph) {
   return Walk(graph, TreeOrder::kBreadthFirst, [](const Step&) {});
+}
+
+std::vector<const Edge*> TreeEdges(TreeOrder order, const Graph& graph) {
+  std::vector<const Edge*> edges;
+  Walk(graph, order, [&](const Step& step) { edges.push_back(step.edge); });
+  return edges;
 }
 
 void PlaceAlongTree(TreeOrder order, Graph* graph) {

@@ -22,6 +22,9 @@ enum class TreeOrder { kBreadthFirst, kOdometryFirst };
 /// without. Only edges with a measured transform count (types/pose_graph/as_transform.h).
 std::vector<std::shared_ptr<Vertex>> FindRoots(const Graph& graph);
 
+/// The edges of the tree, each of which leads to one pose.
+std::vector<const Edge*> TreeEdges(TreeOrder order, const Graph& graph);
+
 /// Moves every pose but the roots to where its tree puts it.
 void PlaceAlongTree(TreeOrder order, Graph* graph);
 

@@ -116,11 +116,12 @@ class CommandLine(FolderTest):
 
     def test_a_wrong_value_is_refused_before_a_build_as_the_program_would(self):
         solver, recording = ("ch5_bal", self.path("tiny.txt", TINY_BAL.encode())), ("ch5_recording", self.folder)
+        graph = ("ch5_pose_graph", self.path("graph.g2o", b"FIX 0\n"))
         options = {name for name, one in COMMANDS["run"]["arguments"].items() if {"range", "one_of", "form"} & one.keys()}
         for (program, data), option, values in (
                 (solver, "--iterations", ["-1", "1000001", "9" * 5000, "1e3", "+5"]), (solver, "--threads", ["", "0", "257", "٣"]),
                 (solver, "--huber", ["0", "1e7", "nan", "1_0"]), (solver, "--solver", ["magic"]),
-                (("ch5_pose_graph", self.path("graph.g2o", b"FIX 0\n")), "--init", ["magic"]),
+                (graph, "--init", ["magic"]), (graph, "--loss", ["magic"]), (graph, "--scale", ["0", "1e7"]),
                 (recording, "--policy", ["both"]), (recording, "--first-estimates", ["all"]), (recording, "--window", ["3", "1001"]),
                 (recording, "--max-features", ["7", "100001"]), (recording, "--seconds", ["5", "5:5", "-1:", "a:"])):
             options.remove(option)

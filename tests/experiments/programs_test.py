@@ -12,7 +12,7 @@ SOLVERS = ("ch5_bal", "ch5_pose_graph", "ch5_window")
 OF_FILES = (*SOLVERS, "ch5_recording")
 STUDIES = ("ch5_chapter", "ch5_nees", "ch5_endurance")
 NUMBERS = {"--iterations": SOLVERS, "--threads": SOLVERS, "--huber": ("ch5_bal", "ch5_pose_graph"),
-           "--landmark-steps": ("ch5_window",),
+           "--scale": ("ch5_pose_graph",), "--landmark-steps": ("ch5_window",),
            "--runs": ("ch5_nees",), "--seconds": ("ch5_nees",), "--frames": ("ch5_endurance",)}
 NO_NUMBERS = ("-1", "1e999", "nan", "many", "", "5x", "99999999999999", "+5", " 5", "1_0", "0x10", "--out")
 

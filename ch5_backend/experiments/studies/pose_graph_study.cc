@@ -4,7 +4,9 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <iomanip>
 #include <numeric>
+#include <sstream>
 #include <stdexcept>
 
 #include "ch5_backend/types/pose_graph/as_transform.h"
@@ -23,6 +25,31 @@ std::vector<double> Chi2OfEdges(const Graph& graph) {
 
 double Sum(const std::vector<double>& values) { return std::accumulate(values.begin(), values.end(), 0.0); }
 
+size_t CountFalse(const std::vector<LoopVerdict>& loops) {
+  return std::count_if(loops.begin(), loops.end(), [](const LoopVerdict& loop) { return loop.IsFalse(); });
+}
+
+size_t CountClose(const std::vector<LoopVerdict>& loops) {
+  return std::count_if(loops.begin(), loops.end(), [](const LoopVerdict& loop) { return loop.IsClose(); });
+}
+
+double LargestChi2(const std::vector<LoopVerdict>& loops) {
+  double largest = 0.0;
+  for (const LoopVerdict& loop : loops) largest = std::max(largest, loop.chi2);
+  return largest;
+}
+
+std::shared_ptr<const LossFunction> MakeLoss(LoopLoss loss, double scale) {
+  switch (loss) {
+    case LoopLoss::kHuber: return std::make_shared<HuberLoss>(scale);
+    case LoopLoss::kCauchy: return std::make_shared<CauchyLoss>(scale);
+    case LoopLoss::kGemanMcClure: return std::make_shared<GemanMcClureLoss>(scale * scale);
+    case LoopLoss::kDcs: return std::make_shared<DcsLoss>(scale * scale);
+    case LoopLoss::kTruncated: return std::make_shared<SaturatedLoss>(scale);
+  }
+  throw std::logic_error("no such loss");
+}
+
 CsvTable SummaryOf(const PoseGraphStudy& study, const G2oFile& file, const PoseGraphOptions& options) {
   CsvTable table = SummaryTable(study.summary, options);
   table.Row("vertices", file.ids.size());
@@ -35,6 +62,9 @@ CsvTable SummaryOf(const PoseGraphStudy& study, const G2oFile& file, const PoseG
   table.Row("projected_information", file.projected);
   table.Row("unknown_lines", file.unknown.size());
   table.Row("huber", options.huber);
+  table.Row("loops_judged", study.loops.size());
+  table.Row("given_up", CountFalse(study.loops));
+  table.Row("given_up_close", CountClose(study.loops));
   return table;
 }
 
@@ -76,6 +106,15 @@ CsvTable EdgeTable(const PoseGraphStudy& study, const G2oFile& file) {
     const auto& vertices = file.graph.Edges()[e]->Vertices();
     const size_t i = vertices[0]->Id(), j = vertices[1]->Id();
     table.Row(file.ids[i < file.ids.size() ? i : j], file.ids[j], study.chi2_before[e], chi2[e]);
+  }
+  return table;
+}
+
+CsvTable GivenUpTable(const PoseGraphStudy& study, const G2oFile& file) {
+  CsvTable table("i,j,chi2,limit,weight");
+  for (const LoopVerdict& loop : study.loops) {
+    const auto& ends = loop.edge->Vertices();
+    if (loop.IsFalse()) table.Row(file.ids[ends[0]->Id()], file.ids[ends[1]->Id()], loop.chi2, loop.limit, loop.weight);
   }
   return table;
 }
@@ -135,12 +174,17 @@ PoseGraphStudy StartPoseGraph(const PoseGraphOptions& options, G2oFile* file) {
     const auto loss = std::make_shared<HuberLoss>(options.huber);
     for (const auto& edge : file->graph.Edges()) edge->SetLossFunction(loss);
   }
+  if (options.loss && !options.gnc) {
+    for (const LoopVerdict& loop : FindLoops(file->graph, options.scale))
+      loop.edge->SetLossFunction(MakeLoss(*options.loss, std::sqrt(loop.limit)));
+  }
   std::vector<PoseGraphStart> starts;
+  const auto asked = options.gnc ? options.start.value_or(PoseGraphStart::kOdometry) : options.start;
   for (const auto& [name, start] : kPoseGraphStartNames) {
     const bool has_sense = start == PoseGraphStart::kGiven         ? file->has_poses
                            : start == PoseGraphStart::kIncremental ? CountLandmarks(*file) > 0
                                                                    : true;
-    if (options.start ? start == *options.start : has_sense) starts.push_back(start);
+    if (asked ? start == *asked : has_sense) starts.push_back(start);
   }
   const std::vector<double> costs = InitializeAtLeastCost(starts, &file->graph, options.threads);
   for (size_t k = 0; k < starts.size(); ++k) study.costs_of_starts.emplace_back(starts[k], costs[k]);
@@ -153,8 +197,43 @@ PoseGraphStudy StartPoseGraph(const PoseGraphOptions& options, G2oFile* file) {
 
 PoseGraphStudy SolvePoseGraph(const PoseGraphOptions& options, G2oFile* file) {
   PoseGraphStudy study = StartPoseGraph(options, file);
-  study.summary = SolveGraph(&file->graph, options);
+  SolveStartedPoseGraph(options, &file->graph, &study);
   return study;
+}
+
+void SolveStartedPoseGraph(const PoseGraphOptions& options, Graph* graph, PoseGraphStudy* study) {
+  if (options.gnc) {
+    PoseGraphOptions inner = options;
+    inner.solve.max_iterations = 10;  // a round: the next one goes on from there
+    inner.solve.cost_tolerance = 1e-4;
+    inner.solve.callback = nullptr;
+    const bool geman_mcclure = options.loss == LoopLoss::kGemanMcClure;
+    study->loops = GiveUpFalseLoops({geman_mcclure ? Surrogate::kGemanMcClure : Surrogate::kTruncated, options.scale},
+                                    graph, [&] { SolveGraph(graph, inner); });
+  }
+  study->summary = SolveGraph(graph, options);
+  MeasureLoops(&study->loops);
+}
+
+std::string ReportOnLoops(const PoseGraphOptions& options, const PoseGraphStudy& study, const Graph& graph) {
+  if ((options.loss && !options.gnc) || options.huber > 0.0) return "";
+  std::vector<LoopVerdict> loops = options.gnc ? study.loops : FindLoops(graph);
+  MeasureLoops(&loops);
+  const size_t far = CountFalse(loops), close = CountClose(loops);
+  std::ostringstream text;
+  text << std::setprecision(6) << far << " of " << loops.size();
+  if (options.gnc) {
+    text << " loops given up (given_up.csv); cost over the edges kept " << study.summary.final_cost;
+    if (close > 0) text << "\nnot clear: " << close << " of them are less than twice beyond the limit and may be good";
+  } else if (far == 0) {
+    return "";
+  } else {
+    text << " loops disagree with the rest by more than noise would (rᵀWr up to " << LargestChi2(loops)
+         << "); --gnc gives up those that are false";
+  }
+  if (2 * far > loops.size())
+    text << "\nthese are most loops: either the others are false, or the file's information matrices claim too much";
+  return text.str();
 }
 
 void WritePoseGraphStudy(const PoseGraphStudy& study, const G2oFile& file, const PoseGraphOptions& options) {
@@ -164,6 +243,7 @@ void WritePoseGraphStudy(const PoseGraphStudy& study, const G2oFile& file, const
   files.Add(out / "poses.csv", PoseTable(study, file).Text());
   files.Add(out / "edges.csv", EdgeTable(study, file).Text());
   files.Add(out / "trace.csv", TraceTable(study.summary).Text());
+  if (options.gnc) files.Add(out / "given_up.csv", GivenUpTable(study, file).Text());
   files.Add(out / "summary.csv", SummaryOf(study, file, options).Text());
   files.Commit();
 }

@@ -3,12 +3,24 @@
 
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "ch5_backend/experiments/studies/file_command.h"
 #include "ch5_backend/files/g2o_file.h"
+#include "ch5_backend/initialize/graduated.h"
 #include "ch5_backend/initialize/initialize_pose_graph.h"
 
 namespace ch5 {
+
+/// A loss on the edges that close loops.
+enum class LoopLoss { kHuber, kCauchy, kGemanMcClure, kDcs, kTruncated };
+
+/// The losses by name, in the order above.
+inline constexpr std::pair<const char*, LoopLoss> kLoopLossNames[] = {
+    {"huber", LoopLoss::kHuber}, {"cauchy", LoopLoss::kCauchy}, {"geman-mcclure", LoopLoss::kGemanMcClure},
+    {"dcs", LoopLoss::kDcs},     {"tls", LoopLoss::kTruncated},
+};
 
 struct PoseGraphOptions : FileSolveOptions {
   PoseGraphOptions() {
@@ -16,7 +28,10 @@ struct PoseGraphOptions : FileSolveOptions {
     solve.cost_tolerance = 1e-9;  // a long path's valley is flat: an iteration gains little, and many gain much
     solve.step_tolerance = 0.0;   // of ‖x‖: in a map's coordinates a step of 0.1 m is less
   }
-  std::optional<PoseGraphStart> start;  ///< unless set, the one of least cost; incremental if there are landmarks
+  std::optional<PoseGraphStart> start;  ///< unless set, the one of least cost; incremental if there are landmarks; odometry with gnc
+  std::optional<LoopLoss> loss;
+  double scale = 0.0;  ///< of the loss, on √(rᵀWr); unless set, from the χ² distribution
+  bool gnc = false;    ///< graduated non-convexity, towards truncated least squares or, if `loss` is that, Geman–McClure
 };
 
 struct PoseGraphStudy {
@@ -27,6 +42,7 @@ struct PoseGraphStudy {
   std::vector<Vec7> poses_before;   ///< [p, q] of each vertex at the start
   std::vector<double> chi2_before;  ///< rᵀWr of each edge at the start
   std::vector<int64_t> fixed_ids;   ///< the poses that were fixed because the file fixed none of their component
+  std::vector<LoopVerdict> loops;   ///< with gnc; empty otherwise
 };
 
 /// How many vertices of the file are no poses.
@@ -41,14 +57,21 @@ std::vector<int> FixFreeParts(const Graph& graph);
 /// @throws std::invalid_argument if that is the file's poses, and the file has none
 PoseGraphStudy StartPoseGraph(const PoseGraphOptions& options, G2oFile* file);
 
-/// The same, and SolveGraph; `file` then holds the result.
+/// Gives up false loops if that was asked for, and solves the graph.
+void SolveStartedPoseGraph(const PoseGraphOptions& options, Graph* graph, PoseGraphStudy* study);
+
+/// What is to be said of the loops of a solved graph: what was given up, what could not be decided, or, without a loss,
+/// that some disagree with the rest and that --gnc finds them.
+std::string ReportOnLoops(const PoseGraphOptions& options, const PoseGraphStudy& study, const Graph& graph);
+
+/// Both; `file` then holds the result.
 PoseGraphStudy SolvePoseGraph(const PoseGraphOptions& options, G2oFile* file);
 
 /// "file", "chordal", …
 std::string NameOf(PoseGraphStart start);
 
-/// Writes, all or none, into options.out: NAME-result.g2o, summary.csv (key, value), trace.csv, and for the picture
-/// poses.csv and edges.csv.
+/// Writes, all or none, into options.out: NAME-result.g2o, summary.csv (key, value), trace.csv, for the picture
+/// poses.csv and edges.csv, and with gnc given_up.csv: the false loops.
 /// @throws WriteError
 void WritePoseGraphStudy(const PoseGraphStudy& study, const G2oFile& file, const PoseGraphOptions& options);
 
