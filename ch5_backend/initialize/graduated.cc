@@ -57,6 +57,16 @@ void MeasureLoops(std::vector<LoopVerdict>* loops) {
   }
 }
 
+bool SeparateFalseLoops(const std::vector<LoopVerdict>& loops) {
+  bool has_moved = false;
+  for (const LoopVerdict& loop : loops) {
+    const int level = loop.IsFalse() ? 1 : 0;
+    has_moved |= loop.edge->Level() != level;
+    loop.edge->SetLevel(level);
+  }
+  return has_moved;
+}
+
 std::vector<LoopVerdict> GiveUpFalseLoops(const GraduatedOptions& options, Graph* graph,
                                           const std::function<void()>& solve) {
   constexpr double kPace = 1.4, kMostMu = 1e6;  // at μ = 1e6 no weight is left between 0 and 1 but at u = 1
@@ -80,10 +90,8 @@ std::vector<LoopVerdict> GiveUpFalseLoops(const GraduatedOptions& options, Graph
     if (truncated ? !between || mu > kMostMu : mu == 1.0) break;
     mu = truncated ? kPace * mu : std::max(mu / kPace, 1.0);
   }
-  for (const LoopVerdict& loop : loops) {
-    loop.edge->SetLossFunction(nullptr);
-    loop.edge->SetLevel(loop.IsFalse() ? 1 : 0);
-  }
+  for (const LoopVerdict& loop : loops) loop.edge->SetLossFunction(nullptr);
+  SeparateFalseLoops(loops);
   return loops;
 }
 

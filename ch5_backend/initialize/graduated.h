@@ -50,6 +50,10 @@ std::vector<LoopVerdict> FindLoops(const Graph& graph, double scale = 0.0);
 /// Computes chi2 of each loop at the present state.
 void MeasureLoops(std::vector<LoopVerdict>* loops);
 
+/// Moves loops beyond their limit to level 1, which a solver ignores, and the others to level 0.
+/// @return whether one has moved
+bool SeparateFalseLoops(const std::vector<LoopVerdict>& loops);
+
 /// Finds the false loops and moves them to level 1, which a solver ignores; the loops that are kept count in full.
 /// @param graph  at a start that false loops do not spoil: PoseGraphStart::kOdometry
 /// @param solve  lowers the cost of the graph from where it is; a few iterations are enough

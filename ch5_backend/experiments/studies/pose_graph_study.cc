@@ -211,8 +211,12 @@ void SolveStartedPoseGraph(const PoseGraphOptions& options, Graph* graph, PoseGr
     study->loops = GiveUpFalseLoops({geman_mcclure ? Surrogate::kGemanMcClure : Surrogate::kTruncated, options.scale},
                                     graph, [&] { SolveGraph(graph, inner); });
   }
-  study->summary = SolveGraph(graph, options);
-  MeasureLoops(&study->loops);
+  constexpr int kMostTurns = 10;  // a loop given up that fits the final poses counts again, and the other way round
+  for (int turn = 0; turn < kMostTurns; ++turn) {
+    study->summary = SolveGraph(graph, options);
+    MeasureLoops(&study->loops);
+    if (!SeparateFalseLoops(study->loops)) break;
+  }
 }
 
 std::string ReportOnLoops(const PoseGraphOptions& options, const PoseGraphStudy& study, const Graph& graph) {
