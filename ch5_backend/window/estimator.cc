@@ -1,6 +1,7 @@
 #include "ch5_backend/window/estimator.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "ch5_backend/consistency/position_yaw_prior.h"
 #include "ch5_backend/math/option_checks.h"
@@ -74,13 +75,13 @@ void Estimator::Reset() {
   window_.observability_constraints = options_.observability_constraints;
   window_.marginalizer = options_.marginalizer;
   policy_->Reset();
-  standstill_detector_.Reset();
+  standstill_detector_ = StandstillDetector(options_.calibration, options_.standstill);
   sensor_check_.Reset();
   start_message_.clear();
   start_spacing_ = kLeastSpacing;
   frames_at_spacing_ = 0;
   standstill_frame_ = -1;
-  started_ = false;
+  started_ = holds_ = false;
 }
 
 void Estimator::Restart() {
@@ -96,7 +97,7 @@ void Estimator::AddImu(const ImuMeasurement& measurement) {
   imu_.push_back(measurement);
   ForgetOldMeasurements();
   sensor_check_.AddImu(measurement);
-  if (!started_) standstill_detector_.AddImu(measurement);
+  standstill_detector_.AddImu(measurement);
 }
 
 // Without images the measurements would fill the memory. No image uses measurements from before the longest preintegration.
@@ -117,6 +118,7 @@ FrameReport Estimator::AddFrame(const Image& image) {
         " s comes a minute or more after IMU measurements of its time, which are forgotten: feed images "
         "and measurements in order of time");
   }
+  if (started_ && IsAtRest(image)) return Hold(image);
   const Failure gap = GapBefore(image);
   FrameReport report = gap == Failure::kNone ? FrameReport() : Restart(gap, "");
   if (!started_) sensor_check_.AddFrame(image);
@@ -231,7 +233,7 @@ FrameReport Estimator::Track(const Image& image) {
       vertices.begin(), vertices.end(), [](const auto& vertex) { return vertex->GetRole() == Role::kLandmark; }));
   const Failure failure = options_.detect_failure(window_, BeginOfStep(window_, last_p_));
   if (failure != Failure::kNone) return Restart(failure, LikelyCause(failure));
-  if (options_.report_covariance) report.covariance = CovarianceOf(window_, window_.frames.back());
+  if (options_.report_covariance) report.covariance = last_covariance_ = CovarianceOf(window_, window_.frames.back());
   if (image.t >= scale_report_time_) {
     report.scale_sigma = ScaleSigma(window_);
     scale_report_time_ = std::numeric_limits<double>::infinity();
@@ -242,6 +244,48 @@ FrameReport Estimator::Track(const Image& image) {
   report.status = FrameReport::Status::kTracking;
   report.state = last_state_ = window_.StateOf(window_.frames.back());
   policy_->Slide(&window_);
+  return report;
+}
+
+// At rest there is no parallax, and tracks that begin there have no depth: solving on would leave a window without landmarks.
+// Images alone would take slow motion for rest, so the speed must be small when it begins, and since then the images' motion.
+bool Estimator::IsAtRest(const Image& image) {
+  constexpr double kMostSpeed = 0.08;  // [m/s]
+  const bool was_at_rest = std::exchange(holds_, false);
+  if (!was_at_rest) standstill_detector_.ForgetForce();
+  if (!standstill_detector_.AddFrame(image) || image.t - last_image_time_ > options_.standstill.seconds) return false;
+  last_time_with_landmarks_ = image.t;
+  const Frame& newest = window_.frames.back();
+  if (options_.own_edges || !newest.speed_bias) return false;  // one's own measurements want a solve
+  if (!was_at_rest && newest.speed_bias->v().norm() > kMostSpeed) return false;
+  const auto motion = was_at_rest ? TypicalMotion(standstill_image_, image) : std::nullopt;
+  if (!motion) standstill_image_ = image;  // the first, or too few of its tracks are left
+  return holds_ = !motion || *motion * options_.calibration.FocalLength() < 2.0 * options_.standstill.pixels;
+}
+
+// The newest frame rests too, with a second's delay, as a motion that begins is seen late: its time goes on, and what it
+// sees. No frame is added and nothing is solved until an image moves.
+FrameReport Estimator::Hold(const Image& image) {
+  Frame& frame = window_.frames.back();
+  const Image& then = standstill_detector_.OldestImage();
+  const double t = then.t + TimeOffset();
+  frame.is_at_rest = true;
+  if (t > frame.t) {
+    if (frame.imu) frame.imu->LetBiasesWalk(t - frame.t);
+    frame.t = t;
+    frame.clock_offset = TimeOffset();
+    ReplaceNewestImage(then, &window_);
+    DropUsedMeasurements();
+  }
+  last_image_time_ = image.t;
+  FrameReport report;
+  report.segment = segment_;
+  report.status = FrameReport::Status::kTracking;
+  report.state = window_.StateOf(frame);
+  report.state->t = image.t + TimeOffset();
+  report.state->v_W.setZero();
+  last_state_ = report.state;
+  if (options_.report_covariance) report.covariance = last_covariance_;
   return report;
 }
 

@@ -9,7 +9,8 @@
 ///
 /// Initialization is static (at rest, gravity and gyroscope bias are the measurements' mean) or dynamic (in motion, vision
 /// is aligned with the IMU). With a second camera (Calibration::camera1, Image::tracks1), whose place on the body is known,
-/// the dynamic one needs no motion: the first image has its scale already. The estimator restarts when its estimate can no
+/// the dynamic one needs no motion: the first image has its scale already. A vehicle that stops while it is followed holds
+/// its window until it moves, unless `own_edges` want each image solved. The estimator restarts when its estimate can no
 /// longer be true, or when a gap in the measurements leaves nothing between two images. A restart begins a new *segment*: its
 /// poses are known relative to one another, and not to those before. It begins at the last estimated
 /// position and yaw, since nothing better is known.
@@ -77,10 +78,10 @@ struct FrameReport {
   enum class Status { kStarting, kTracking, kRestarted };
   Status status = Status::kStarting;
   int segment = 0;  ///< 0, 1, …: poses of one segment share a world frame; of a restart, the new one
-  std::optional<StampedState> state;  ///< of this image, if tracking
-  Failure failure = Failure::kNone;   ///< the reason for a restart
-  std::string message;                ///< why there is no state, in a sentence; empty if tracking
-  Summary solve;
+  std::optional<StampedState> state;          ///< of this image, if tracking
+  Failure failure = Failure::kNone;           ///< the reason for a restart
+  std::string message;                        ///< why there is no state, in a sentence; empty if tracking
+  Summary solve;                              ///< of no iterations at rest, when the window is held
   int landmarks = 0;                          ///< used in the solve
   std::optional<StateCovariance> covariance;  ///< of `state`, if options ask for it
   /// Once a segment, a second after its start: the relative σ of the scale, of which one camera and the IMU learn from
@@ -176,6 +177,8 @@ class Estimator {
 
   // Tracking (estimator.cc).
   FrameReport Track(const Image& image);
+  bool IsAtRest(const Image& image);
+  FrameReport Hold(const Image& image);
   void Reintegrate();
   Summary Solve();
   Summary SolveWithGaugeHeld(const SolveOptions& options);
@@ -198,9 +201,10 @@ class Estimator {
   double last_image_time_ = -std::numeric_limits<double>::infinity();
   int next_frame_ = 0;
   std::optional<std::pair<StampedState, MatXX>> given_start_;  // of StartFrom, until the next image
-  Image standstill_image_;                                     // the last image at rest …
+  Image standstill_image_;                                     // the last image at rest, while tracking the first …
   int standstill_frame_ = -1;                                  // … and the id of its frame; −1: none yet
-  bool started_ = false;
+  bool started_ = false, holds_ = false;                       // the latter: at rest while tracking
+  std::optional<StateCovariance> last_covariance_;             // that was given out
   int restarts_ = 0, segment_ = 0;
   std::optional<StampedState> last_state_;  // the last that was given out, of this segment or one before
   Vec3 last_p_ = Vec3::Zero();              // of the newest frame after the previous solve

@@ -177,6 +177,11 @@ void Estimator::BeginTracking() {
   if (!window_.HasStereoDepth()) scale_report_time_ = window_.frames.back().t + kScaleReportDelay;
   track_ages_.clear();
   started_ = true;
+  // From now on the images' motion since the rest began tells too, and a hovering vehicle sways.
+  constexpr double kMoreChange = 3.0;
+  StandstillOptions rest = options_.standstill;
+  rest.change *= kMoreChange;
+  standstill_detector_ = StandstillDetector(options_.calibration, rest);
 }
 
 }  // namespace ch5

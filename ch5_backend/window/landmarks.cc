@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <set>
 
 #include "ch5_backend/math/median.h"
 #include "ch5_backend/math/transform.h"
@@ -243,6 +244,19 @@ void AppendImage(int frame, const Image& image, Window* window) {
     const auto landmark = window->landmarks.find(point.id);
     if (landmark != window->landmarks.end()) AppendSecondView({frame, image.t, point.x}, &landmark->second);
   }
+}
+
+void ReplaceNewestImage(const Image& image, Window* window) {
+  const int frame = window->frames.back().id;
+  std::set<int> seen_now;
+  for (const TrackedPoint& point : image.tracks) seen_now.insert(point.id);
+  for (auto it = window->landmarks.begin(); it != window->landmarks.end();) {
+    auto& [id, landmark] = *it;
+    const bool goes_on = seen_now.count(id) > 0;
+    if (goes_on && landmark.seen.back().frame == frame) landmark.seen.pop_back();
+    it = !goes_on && landmark.Host() == frame ? window->landmarks.erase(it) : std::next(it);
+  }
+  AppendImage(frame, image, window);
 }
 
 void TriangulateLandmarks(Window* window) {

@@ -31,6 +31,10 @@ void AppendSecondView(const RecentPoint& point, WindowLandmark* landmark);
 /// @param frame  id of the image's frame
 void AppendImage(int frame, const Image& image, Window* window);
 
+/// The newest frame sees an image in place of the one before, at the same place; landmarks that it alone has seen, and whose
+/// tracks have ended, go.
+void ReplaceNewestImage(const Image& image, Window* window);
+
 /// Gives a depth to every landmark that has none and is seen at least twice, or by both cameras at once.
 void TriangulateLandmarks(Window* window);
 

@@ -78,6 +78,7 @@ class GraphBuilder {
     for (const Frame& frame : window_.frames) {
       graph_.AddVertex(frame.pose);
       if (frame.speed_bias) graph_.AddVertex(frame.speed_bias);
+      if (frame.speed_bias && frame.is_at_rest) AddRest(frame.speed_bias);
     }
     graph_.AddVertex(window_.extrinsic);
     if (window_.extrinsic1) graph_.AddVertex(window_.extrinsic1);
@@ -129,6 +130,12 @@ class GraphBuilder {
   }
 
  private:
+  // v = 0.
+  void AddRest(const std::shared_ptr<VertexSpeedBias>& speed_bias) {
+    Prior rest{{speed_bias}, {VecX::Zero(9)}, MatXX::Identity(3, 9) / kRestSpeedSigma, VecX::Zero(3)};
+    graph_.AddEdge(std::make_shared<EdgePrior>(std::move(rest)));
+  }
+
   // What camera 1 sees of it, in the host's frame and in the others.
   void AddSecondViews(const MovingPoint& host_point, const Frame& host_frame, WindowLandmark* landmark) {
     const auto& depth = landmark->inverse_depth;

@@ -32,7 +32,9 @@ struct Frame {
   std::shared_ptr<VertexSpeedBias> speed_bias;  ///< null once marginalized without its pose
   std::shared_ptr<Preintegration> imu;          ///< from the frame before; null for the first
   std::shared_ptr<EdgeImu> imu_edge;            ///< that BuildGraph has made of it, and uses again while it is the same
+  bool is_at_rest = false;                      ///< its speed is zero to kRestSpeedSigma
 };
+constexpr double kRestSpeedSigma = 0.03;  ///< a hovering vehicle sways [m/s]
 using WindowFrame = Frame;  // its name in homework that was written before
 
 /// What camera 1 sees of a landmark.
@@ -141,7 +143,7 @@ struct WindowWeights {
 /// Adds edges of one's own, and vertices that they need, to the graph of a window (EstimatorOptions::own_edges).
 using OwnEdges = std::function<void(const Window&, Graph*)>;
 
-/// Makes window->graph: every frame's states, one's own edges, the IMU between consecutive frames that have a speed-bias,
+/// Makes window->graph: every frame's states, the speed of those at rest, one's own edges, the IMU between consecutive frames that have a speed-bias,
 /// the observations of the landmarks that `uses` accepts, the prior and the gauge prior. Where extrinsic and time offset
 /// are both fixed, they are constants of camera 0's edges.
 void BuildGraph(const WindowWeights& weights, const std::function<bool(const Window&, const WindowLandmark&)>& uses,

@@ -250,22 +250,43 @@ TEST(Robustness, ACameraThatOnlyTurnsIsNotRejected) {
   ExpectUnbroken(SimulateRecording(path, points, options), 0.15);
 }
 
-// A car at a crossing: while the images rest, VINS-Mono's window keeps its frames, and the IMU between the last two of them
-// becomes too long to be used.
-TEST(Robustness, ALongRestIsBridged) {
-  constexpr double kWalk = 6.0, kRest = 20.0;
+struct Rest {
+  double pixel_sigma, drop_probability, sway;  // the latter: amplitude [m]
+  double seconds = 40.0;
+};
+
+// A flight of six seconds, a rest, and the same flight again.
+Recording SimulateRest(const Rest& rest) {
+  constexpr double kWalk = 6.0;
   const Trajectory path(
-      [](const Jet& t) {
-        const Jet s = t.value < kWalk ? t : t.value < kWalk + kRest ? Jet{kWalk} : t - kRest;
+      [rest](const Jet& t) {
+        const double begin = kWalk, end = kWalk + rest.seconds;
+        const bool rests = t.value >= begin && t.value < end;
+        const Jet s = t.value < begin ? t : rests ? Jet{kWalk} : t - rest.seconds;
         const Jet w = 1.0 - Cos(M_PI / 3.0 * s), walk = w * w;
-        return Coordinates{{0.6 * walk * Sin(s), 0.5 * walk * Cos(s), 0.1 * walk}, 0.2 * walk, {}, 0.05 * walk};
+        const Jet u = (2.0 * M_PI / rest.seconds) * (t - begin), fade = rests ? 0.5 * (1.0 - Cos(u)) : Jet{};
+        const Jet sway = rest.sway * fade * Sin(2.5 * (t - begin));
+        return Coordinates{
+            {0.6 * walk * Sin(s) + sway, 0.5 * walk * Cos(s), 0.1 * walk - 0.5 * sway}, 0.2 * walk, {}, 0.05 * walk};
       },
-      2.0 * kWalk + kRest);
+      2.0 * kWalk + rest.seconds);
   Random random(1);
   SimulationOptions options;
   options.camera.max_tracks = 60;
+  options.camera.pixel_sigma = rest.pixel_sigma;
+  options.camera.drop_probability = rest.drop_probability;
   const auto points = PointsOnPlanes(RoomWalls(Vec3(-8, -8, -4), Vec3(8, 8, 4)), 3000, &random);
-  ExpectUnbroken(SimulateRecording(path, points, options), 0.1);
+  return SimulateRecording(path, points, options);
+}
+
+// A car at a crossing, a drone that hovers: while the images rest, tracks end, and those that begin have no depth.
+TEST(Robustness, ALongRestIsBridged) {
+  for (const Rest& rest : {Rest{1.0, 0.0, 0.0, 20.0}, Rest{0.3, 0.01, 0.0}, Rest{1.0, 0.01, 0.0},
+                           Rest{1.0, 0.002, 0.02}, Rest{0.3, 0.01, 0.02}, Rest{1.0, 0.01, 0.02, 100.0}}) {
+    SCOPED_TRACE(testing::Message() << rest.pixel_sigma << " px, " << rest.drop_probability << ", " << rest.sway
+                                    << " m");
+    ExpectUnbroken(SimulateRest(rest), 0.06);
+  }
 }
 
 // Too slow to be a jump, too fast for the images to hold: the landmarks go one by one, until nothing is left but an IMU.

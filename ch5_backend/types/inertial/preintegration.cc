@@ -49,6 +49,21 @@ void Preintegration::Reintegrate(const Vec3& b_a, const Vec3& b_g) {
   b_g_ = b_g;
   Reset();
   for (size_t k = 1; k < samples_.size(); ++k) Step(samples_[k - 1], samples_[k]);
+  AddWalk(walk_seconds_);
+}
+
+void Preintegration::LetBiasesWalk(double seconds) {
+  walk_seconds_ += seconds;
+  AddWalk(seconds);
+  ++revision_;
+}
+
+// As the steps of the interval add, each a number per step where the noise is not a density.
+void Preintegration::AddWalk(double seconds) {
+  const double step =
+      noise_.continuous || samples_.size() < 2 ? 1.0 : sum_dt_ / static_cast<double>(samples_.size() - 1);
+  P_.block<3, 3>(9, 9).diagonal().array() += seconds * step * noise_.accelerometer_walk * noise_.accelerometer_walk;
+  P_.block<3, 3>(12, 12).diagonal().array() += seconds * step * noise_.gyroscope_walk * noise_.gyroscope_walk;
 }
 
 void Preintegration::Append(const Preintegration& next) {

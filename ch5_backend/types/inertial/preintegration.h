@@ -26,6 +26,8 @@ class Preintegration {
   void Add(const ImuSample& sample);
   /// Integrates all samples afresh at other biases.
   void Reintegrate(const Vec3& b_a, const Vec3& b_g);
+  /// After the interval the biases walk on for so long, while nothing else changes: at rest [s].
+  void LetBiasesWalk(double seconds);
   /// Appends another interval that begins where this one ends (its first sample is this one's last).
   void Append(const Preintegration& next);
 
@@ -55,11 +57,12 @@ class Preintegration {
   void MoveBiasJacobian(const Transition& F);
   void MoveCovariance(const Transition& F);
   void AddNoise(const Mat33& A1, double dt);
+  void AddWalk(double seconds);
 
   std::vector<ImuSample> samples_;
   Vec3 b_a_, b_g_;
   ImuNoise noise_;
-  double sum_dt_;
+  double sum_dt_, walk_seconds_ = 0.0;  // the latter: of LetBiasesWalk, which is no part of the former
   Vec3 alpha_, beta_;
   Qd gamma_;
   Eigen::Matrix<double, 9, 6> J_;

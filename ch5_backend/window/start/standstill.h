@@ -38,6 +38,10 @@ class StandstillDetector {
   void AddImu(const ImuMeasurement& measurement);
   /// @return the state at this image, if the body has been at rest until then
   std::optional<StandstillState> AddFrame(const Image& frame);
+  /// The oldest image of the last `seconds`, in whose time the body was at rest if it has been since.
+  const Image& OldestImage() const { return images_.front(); }
+  /// What the force is compared with begins anew.
+  void ForgetForce() { first_force_.reset(); }
   void Reset();
 
  private:
