@@ -1,5 +1,6 @@
 /// Is the window as certain as it has a right to be? ch5_nees [--out DIR] [--runs N] [--seconds S] [--recordings DATA]
 
+#include <cmath>
 #include <filesystem>
 #include <string>
 
@@ -35,9 +36,12 @@ void AppendHosts(const std::string& name, const ch5::Recording& recording, ch5::
       options.weights.cauchy = way.cauchy;
       options.weights.noisy_hosts = way.noisy;
       const ch5::OdometryRun run = ch5::RunOdometry(recording, options, std::move(policy));
-      const ch5::TrajectoryError error = run.error.value_or(ch5::TrajectoryError());
-      table->Row(name, run.policy, way.hosts, run.states.size(), run.restarts, error.position_rmse, error.scale - 1.0,
-                 error.rotation_rmse * 180.0 / M_PI, run.milliseconds);
+      const auto error = [&](double ch5::TrajectoryError::*part) {
+        return run.error ? *run.error.*part : std::nan("");
+      };
+      table->Row(name, run.policy, way.hosts, run.states.size(), run.restarts,
+                 error(&ch5::TrajectoryError::position_rmse), error(&ch5::TrajectoryError::scale) - 1.0,
+                 error(&ch5::TrajectoryError::rotation_rmse) * 180.0 / M_PI, run.milliseconds);
     }
   }
 }

@@ -296,7 +296,7 @@ def captions(directory, say):
 def nees_of(flights):
     """The median, large ones in two digits, or a dash where a covariance was not positive definite."""
     known = flights["nees_motion"][~np.isnan(flights["nees_motion"])]
-    nees = np.median(known) if len(known) else 0.0
+    nees = np.median(known) if len(known) else np.nan
     return style.number(nees if nees < 1000 else float(f"{nees:.2g}"), 2) if nees > 0 else "–"
 
 

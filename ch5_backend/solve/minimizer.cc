@@ -14,6 +14,9 @@ namespace {
 // A smaller change of the cost, relative to it, is lost in its last digit: what follows would be chance.
 constexpr double kRounding = std::numeric_limits<double>::epsilon();
 
+// Line 0 of the trace, the start, knows no damping, gain or step.
+constexpr double kNoStep = std::numeric_limits<double>::quiet_NaN();
+
 std::unique_ptr<StepStrategy> MakeStrategy(const NormalEquations& system, const SolveOptions& options) {
   switch (options.algorithm) {
     case Algorithm::kGaussNewton: return MakeGaussNewton();
@@ -231,7 +234,7 @@ class Run {
   std::unique_ptr<StepStrategy> strategy_;
   Clock::time_point start_ = Clock::now();
   Summary summary_;
-  IterationInfo info_;
+  IterationInfo info_{0, 0.0, kNoStep, kNoStep, kNoStep};
   VecX delta_x_;
   double cost_ = 0.0;
   double first_gradient_max_ = 0.0;

@@ -74,6 +74,9 @@ class RecordingApp(AppTest):
             windows = [line for line in table(self.out / "csv" / "odometry_windows.csv")
                        if line["policy"] == row["policy"]]
             self.assertEqual(len(windows), 161, "one row an image")
+            for line in windows:  # what no solve has found is missing, not 0
+                solved = [line[key] != "" for key in ("landmarks", "iterations", "initial_cost", "final_cost")]
+                self.assertEqual(solved, [line["status"] == "tracking"] * 4)
             times = [float(line["milliseconds"]) for line in windows if line["status"] == "tracking"]
             self.assertGreaterEqual(sum(time <= float(row["p99_window_ms"]) for time in times), 0.99 * len(times))
 

@@ -104,7 +104,9 @@ TEST(OnePass, SavesTheCostsAndLeadsToTheSameSteps) {
       EXPECT_EQ(system.hessians_, one_pass && rejected > 0 ? 6 : 4);  // one too early, and the one before it again
     }
     ASSERT_EQ(summaries[0].trace.size(), summaries[1].trace.size());
-    for (size_t k = 0; k < summaries[0].trace.size(); ++k) {
+    const IterationInfo& start = summaries[0].trace[0];
+    EXPECT_TRUE(std::isnan(start.lambda) && std::isnan(start.gain_ratio) && std::isnan(start.step_norm));
+    for (size_t k = 1; k < summaries[0].trace.size(); ++k) {
       EXPECT_EQ(summaries[0].trace[k].cost, summaries[1].trace[k].cost);
       EXPECT_EQ(summaries[0].trace[k].step_norm, summaries[1].trace[k].step_norm);
       EXPECT_EQ(summaries[0].trace[k].lambda, summaries[1].trace[k].lambda);

@@ -4,7 +4,9 @@
 #include <cmath>
 #include <limits>
 #include <mutex>
+#include <optional>
 #include <thread>
+#include <utility>
 
 #include "ch5_backend/consistency/gauge_audit.h"
 #include "ch5_backend/files/tables/csv.h"
@@ -32,7 +34,7 @@ std::vector<ConsistencyResult> AllCases() {
 struct Sample {
   double t = 0.0;
   PoseConsistency pose;
-  double yaw_leak = 0.0, position_leak = 0.0;  // of the repetition without position and yaw
+  std::optional<std::pair<double, double>> leak;  // into yaw and position, of the repetition without them
 };
 using Run = std::vector<Sample>;
 
@@ -46,8 +48,7 @@ Run RunOnce(const Recording& recording, const ConsistencyCase& c, int run) {
   FeedRecording(recording, &estimator, [&](const Estimator& now, const ImageResult& row) {
     if (now.Restarts() > 0) return;
     const StampedState truth = *StateAt(recording.truth, row.t);
-    samples.push_back(
-        {row.t, ComparePose(row.report.state->T_W_B, row.report.covariance->Pose(), truth.T_W_B), 0.0, 0.0});
+    samples.push_back({row.t, ComparePose(row.report.state->T_W_B, row.report.covariance->Pose(), truth.T_W_B), {}});
   });
   if (run >= kAuditedRuns) return samples;
 
@@ -56,20 +57,23 @@ Run RunOnce(const Recording& recording, const ConsistencyCase& c, int run) {
   size_t k = 0;
   FeedRecording(recording, &free, [&](const Estimator& now, const ImageResult&) {
     if (now.Restarts() > 0 || k == samples.size()) return;
+    auto& sum = samples[k++].leak.emplace();
     for (const GaugeLeak& leak : AuditPrior(now.GetWindow().prior->GetPrior())) {
-      (leak.direction == "yaw" ? samples[k].yaw_leak : samples[k].position_leak) += leak.information;
+      (leak.direction == "yaw" ? sum.first : sum.second) += leak.information;
     }
-    ++k;
   });
   return samples;
 }
 
 // Over the runs that reached image k.
 ConsistencyRow MeanAt(size_t k, const std::vector<Run>& runs) {
-  const int audited_runs = std::min(kAuditedRuns, static_cast<int>(runs.size()));
   ConsistencyRow row;
   row.t = runs.front()[k].t;
-  for (const Run& run : runs) row.runs += k < run.size();
+  int audited = 0;
+  for (const Run& run : runs) {
+    row.runs += k < run.size();
+    audited += k < run.size() && run[k].leak;
+  }
   double squared_yaw_error = 0.0, squared_position_error = 0.0;  // means
   for (const Run& run : runs) {
     if (k >= run.size()) continue;
@@ -79,9 +83,12 @@ ConsistencyRow MeanAt(size_t k, const std::vector<Run>& runs) {
     row.yaw_information += 1.0 / pose.yaw_variance / row.runs;
     squared_yaw_error += pose.yaw_error * pose.yaw_error / row.runs;
     squared_position_error += pose.error.head<3>().squaredNorm() / row.runs;
-    row.yaw_leak += run[k].yaw_leak / audited_runs;
-    row.position_leak += run[k].position_leak / audited_runs;
+    if (!run[k].leak) continue;
+    row.yaw_leak += run[k].leak->first;
+    row.position_leak += run[k].leak->second;
   }
+  row.yaw_leak /= audited;  // NaN if there is none
+  row.position_leak /= audited;
   row.yaw_rmse = std::sqrt(squared_yaw_error);
   row.position_rmse = std::sqrt(squared_position_error);
   row.pose_band = ChiSquaredBand(6, row.runs);

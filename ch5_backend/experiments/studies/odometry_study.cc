@@ -81,7 +81,7 @@ CsvTable PathTable(const OdometryStudy& study) {
       const YawTransform to_truth = segment.error ? segment.error->alignment : YawTransform{};
       for (const StampedState& state : segment.states) {
         const Vec3 p = to_truth * state.T_W_B.p;
-        const auto truth = StateAt(study.recording.truth, state.t);
+        const auto truth = segment.error ? StateAt(study.recording.truth, state.t) : std::nullopt;
         table.Row(run.policy, segment.id, state.t, p.x(), p.y(), p.z(),
                   truth ? (p - truth->T_W_B.p).norm() : kNoNumber);
       }
@@ -96,8 +96,9 @@ CsvTable WindowTable(const OdometryStudy& study) {
     for (const ImageResult& row : run.rows) {
       const char* names[] = {"starting", "tracking", "restarted"};
       const FrameReport& report = row.report;
-      table.Row(run.policy, row.t, 1e3 * row.seconds, names[static_cast<int>(report.status)], report.landmarks,
-                report.solve.iterations, report.solve.initial_cost, report.solve.final_cost);
+      const auto solved = [&](double value) { return report.state ? value : kNoNumber; };
+      table.Row(run.policy, row.t, 1e3 * row.seconds, names[static_cast<int>(report.status)], solved(report.landmarks),
+                solved(report.solve.iterations), solved(report.solve.initial_cost), solved(report.solve.final_cost));
     }
   }
   return table;

@@ -54,11 +54,12 @@ void RunHessian(const Path& csv, const std::string&, const Show&) {
   problem.SetDamping(Damping::kDiagonal);
   problem.SetOrdering();
   problem.MakeHessian();
-  VecX delta_x = VecX::Zero(problem.Size());
-  problem.SolveLinearSystem(/*lambda=*/1e-3, &delta_x);
   CsvTable matrices("matrix,row,column,value");
   AppendNonZeros(problem.Hessian(), &matrices, "H");
   AppendNonZeros(problem.RightHandSide(), &matrices, "b");
+  matrices.Write(csv / "matrices.csv");  // stage 1.1 can be told even if 1.2 breaks off
+  VecX delta_x = VecX::Zero(problem.Size());
+  problem.SolveLinearSystem(/*lambda=*/1e-3, &delta_x);
   AppendNonZeros(problem.SchurComplement(), &matrices, "S");
   AppendNonZeros(delta_x, &matrices, "Δx");
   matrices.Write(csv / "matrices.csv");

@@ -39,7 +39,7 @@ void AppendRun(const std::string& name, const Rule& rule, Problem* problem, CsvT
   problem->SetOrdering();
   double cost = problem->Cost(), lambda = 1e-4, nu = 2.0;
   bool accepted = true, converged = false;
-  table->Row(name, rule.name, 0, lambda, 0.0, 1, cost);
+  table->Row(name, rule.name, 0, lambda, std::nan(""), 1, cost);
   VecX delta_x;
   for (int trial = 1; trial <= kMaxTrials && !converged; ++trial) {
     if (accepted) problem->MakeHessian();
@@ -55,7 +55,7 @@ void AppendRun(const std::string& name, const Rule& rule, Problem* problem, CsvT
       problem->RollbackStates();
       converged = model_cost_change <= 1e-12 * cost;
     }
-    table->Row(name, rule.name, trial, lambda, std::isfinite(rho) ? rho : -1.0, accepted ? 1 : 0, cost);
+    table->Row(name, rule.name, trial, lambda, std::isfinite(rho) ? rho : std::nan(""), accepted ? 1 : 0, cost);
     lambda *= rule.factor(accepted ? rho : 0.0, nu);
     nu = accepted ? 2.0 : 2.0 * nu;
   }

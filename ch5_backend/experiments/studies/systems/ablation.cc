@@ -145,7 +145,7 @@ FlightResult Fly(const Recording& recording, const EstimatorOptions& options, st
   Estimator estimator(options, std::make_unique<WrappedPolicy>(std::move(policy), watch));
   if (start) estimator.StartFrom(start->state, start->J);
   std::vector<StampedState> states;
-  double nees = 0.0, seconds = 0.0;
+  double nees = 0.0, claims = 0.0, seconds = 0.0;
   FeedRecording(recording, &estimator, [&](const Estimator&, const ImageResult& row) {
     seconds += row.seconds;
     if (!row.report.state) return;
@@ -153,11 +153,12 @@ FlightResult Fly(const Recording& recording, const EstimatorOptions& options, st
     if (!row.report.covariance) return;
     const StampedState truth = *StateAt(recording.truth, row.t);
     nees += ComparePose(row.report.state->T_W_B, row.report.covariance->Pose(), truth.T_W_B).nees;
+    ++claims;
   });
   flight.images = states.size();
   flight.restarts = estimator.Restarts();
   if (const auto error = CompareTrajectories(states, recording.truth)) flight.ate = error->position_rmse;
-  if (start) flight.nees_world = nees / static_cast<double>(states.size());
+  if (start) flight.nees_world = nees / claims;  // NaN if there is none
   if (found.windows > 0) flight.nees_motion = found.nees / found.windows;
   flight.milliseconds = 1e3 * (seconds - found.seconds) / static_cast<double>(recording.images.size());
   return flight;

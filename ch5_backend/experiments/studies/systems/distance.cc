@@ -1,6 +1,7 @@
 // Errors that grow with the distance, and what a larger window buys.  Geiger, Lenz, Urtasun, CVPR 2012; Leutenegger et al.,
 // IJRR 2015, §5
 #include <algorithm>
+#include <cmath>
 
 #include "ch5_backend/experiments/studies/odometry.h"
 #include "ch5_backend/experiments/studies/odometry_study.h"
@@ -39,7 +40,7 @@ std::vector<double> RelativeErrors(const std::vector<Pair>& pairs, double distan
 }
 
 double QuantileOfSorted(const std::vector<double>& sorted, double q) {
-  return sorted[static_cast<size_t>(q * static_cast<double>(sorted.size() - 1))];
+  return sorted.empty() ? std::nan("") : sorted[static_cast<size_t>(q * static_cast<double>(sorted.size() - 1))];
 }
 
 }  // namespace
