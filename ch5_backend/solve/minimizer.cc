@@ -113,14 +113,25 @@ class Run {
           return Accept(new_cost, predicted, yardstick);
         }
         system_->RollbackStates();
-        // No step large enough to change x helps, or the predicted decrease is below the rounding of the cost.
+        // No step large enough to change x helps, or the predicted decrease is below the rounding of the cost. Want of
+        // progress alone is no minimum.
         if (info_.step_norm <= yardstick) {
+          if (!std::isfinite(new_cost)) {
+            return Stop(Termination::kNoDecrease, "even a step of |dx| = ", info_.step_norm,
+                        " makes the cost infinite or NaN: a residual or a Plus has no number nearby");
+          }
           // So small a step is a linear one: the cost must follow its gradient, as far as rounding lets it be seen.
           if (info_.step_norm > 1e3 * kRounding * size && predicted > 1e-10 * cost_ && info_.gain_ratio < -0.5) {
             return Stop(Termination::kNoDecrease, "a step of |dx| = ", info_.step_norm,
                         " raises the cost where the Jacobians say that it falls; CheckJacobians tells which are wrong");
           }
           return Stop(Termination::kStepConverged, "|dx| = ", info_.step_norm, " does not lower the cost any more");
+        }
+        if (new_cost == cost_ && predicted > 1e-10 * cost_) {
+          return Stop(
+              Termination::kNoDecrease, "a step of |dx| = ", info_.step_norm,
+              " leaves the cost as it is where the Jacobians say that it falls: a residual ignores its vertex, or a "
+              "Plus does nothing; CheckJacobians tells which");
         }
         if (new_cost == cost_) {  // ρ = 0
           return Stop(Termination::kCostConverged, "a step of |dx| = ", info_.step_norm, " leaves the cost as it is");
