@@ -21,7 +21,7 @@ class WeightLoss : public LossFunction {
 
 double LargestRatio(const std::vector<LoopVerdict>& loops) {
   double largest = 0.0;
-  for (const LoopVerdict& loop : loops) largest = std::max(largest, loop.chi2 / loop.limit);
+  for (const LoopVerdict& loop : loops) largest = std::max(largest, loop.chi2 / loop.c2);
   return largest;
 }
 
@@ -35,17 +35,19 @@ double GraduatedWeight(Surrogate surrogate, double u, double mu) {
 }
 
 std::vector<LoopVerdict> FindLoops(const Graph& graph, double scale) {
-  constexpr double kNoneLost = 0.99;
+  constexpr double kNoneLost = 0.99, kDoubtful = 1e-3;
   const std::vector<const Edge*> tree_edges = TreeEdges(TreeOrder::kOdometryFirst, graph);
   const std::unordered_set<const Edge*> tree(tree_edges.begin(), tree_edges.end());
   std::vector<LoopVerdict> loops;
   for (const auto& edge : graph.Edges()) {
-    if (MeasurementOf(*edge) && tree.count(edge.get()) == 0) loops.push_back({edge.get(), scale * scale});
+    if (MeasurementOf(*edge) && tree.count(edge.get()) == 0) loops.push_back({edge.get(), scale * scale, scale * scale});
   }
   // P(all n good loops below their limits) = (1 − tail)ⁿ
   const double tail = -std::expm1(std::log(kNoneLost) / static_cast<double>(loops.size()));
   for (LoopVerdict& loop : loops) {
-    if (scale == 0.0) loop.limit = ChiSquaredLimit(loop.edge->ResidualDimension(), tail);
+    if (scale > 0.0) continue;
+    loop.c2 = ChiSquaredLimit(loop.edge->ResidualDimension(), kDoubtful);
+    loop.limit = std::max(loop.c2, ChiSquaredLimit(loop.edge->ResidualDimension(), tail));
   }
   return loops;
 }
@@ -82,7 +84,7 @@ std::vector<LoopVerdict> GiveUpFalseLoops(const GraduatedOptions& options, Graph
   for (int round = 0; round < kMostRounds; ++round) {
     bool between = false;
     for (size_t k = 0; k < loops.size(); ++k) {
-      loops[k].weight = losses[k]->weight = GraduatedWeight(options.surrogate, loops[k].chi2 / loops[k].limit, mu);
+      loops[k].weight = losses[k]->weight = GraduatedWeight(options.surrogate, loops[k].chi2 / loops[k].c2, mu);
       between |= loops[k].weight > 0.0 && loops[k].weight < 1.0;
     }
     solve();

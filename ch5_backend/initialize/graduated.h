@@ -30,13 +30,14 @@ double GraduatedWeight(Surrogate surrogate, double u, double mu);
 
 struct GraduatedOptions {
   Surrogate surrogate = Surrogate::kTruncated;
-  double scale = 0.0;  ///< c; unless set, as far as no good loop of the graph is, with probability 0.99
+  double scale = 0.0;  ///< c; unless set, one good loop in a thousand has a larger √(rᵀWr)
 };
 
 /// What was found of a loop.
 struct LoopVerdict {
   Edge* edge;
-  double limit;         ///< c²
+  double c2;            ///< c²
+  double limit;         ///< a loop beyond is false: c², or unless c is set what no good loop has, with probability 0.99
   double chi2 = 0.0;    ///< rᵀWr at the end
   double weight = 1.0;  ///< at the end
   bool IsFalse() const { return chi2 > limit; }
@@ -44,7 +45,7 @@ struct LoopVerdict {
   bool IsClose() const { return IsFalse() && chi2 < 4.0 * limit; }
 };
 
-/// The edges between poses that the tree along the odometry does not need, with c² of each.
+/// The edges between poses that the tree along the odometry does not need, with c² and the limit of each.
 std::vector<LoopVerdict> FindLoops(const Graph& graph, double scale = 0.0);
 
 /// Computes chi2 of each loop at the present state.
