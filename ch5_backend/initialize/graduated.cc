@@ -40,7 +40,8 @@ std::vector<LoopVerdict> FindLoops(const Graph& graph, double scale) {
   const std::unordered_set<const Edge*> tree(tree_edges.begin(), tree_edges.end());
   std::vector<LoopVerdict> loops;
   for (const auto& edge : graph.Edges()) {
-    if (MeasurementOf(*edge) && tree.count(edge.get()) == 0) loops.push_back({edge.get(), scale * scale, scale * scale});
+    if (MeasurementOf(*edge) && tree.count(edge.get()) == 0)
+      loops.push_back({edge.get(), scale * scale, scale * scale});
   }
   // P(all n good loops below their limits) = (1 − tail)ⁿ
   const double tail = -std::expm1(std::log(kNoneLost) / static_cast<double>(loops.size()));

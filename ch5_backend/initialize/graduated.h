@@ -36,9 +36,9 @@ struct GraduatedOptions {
 /// What was found of a loop.
 struct LoopVerdict {
   Edge* edge;
-  double c2;            ///< c²
-  double limit;         ///< a loop beyond is false: c², or unless c is set what no good loop has, with probability 0.99
-  double chi2 = 0.0;    ///< rᵀWr at the end
+  double c2;          ///< c²
+  double limit;       ///< a loop beyond is false: c², or unless c is set what no good loop has, with probability 0.99
+  double chi2 = 0.0;  ///< rᵀWr at the end
   double weight = 1.0;  ///< at the end
   bool IsFalse() const { return chi2 > limit; }
   /// Beyond the limit, but by less than a factor two in √(rᵀWr).
