@@ -162,6 +162,7 @@ class Slide:
     def render(self, kind="svg"):
         """The SVG's text, or the bytes of a PDF."""
         style.tell_apart(self.figure)
+        style.darken_words(self.figure)
         for words in self.figure.findobj(Text):
             words.set_text(in_chinese_marks(words.get_text()))
         text = io.StringIO() if kind == "svg" else io.BytesIO()
