@@ -55,9 +55,11 @@ void PrintStart(const ch5::PoseGraphStudy& study) {
 void Check(const ch5::PoseGraphOptions& options) {
   if (options.loss && options.huber > 0.0) throw std::invalid_argument("--huber and --loss are two losses; give one");
   if (options.gnc && options.huber > 0.0) throw std::invalid_argument("--huber does not go with --gnc");
-  if (options.gnc && options.loss && *options.loss != ch5::LoopLoss::kTruncated && *options.loss != ch5::LoopLoss::kGemanMcClure)
+  if (options.gnc && options.loss && *options.loss != ch5::LoopLoss::kTruncated &&
+      *options.loss != ch5::LoopLoss::kGemanMcClure)
     throw std::invalid_argument("--gnc goes with --loss tls or geman-mcclure only");
-  if (options.scale > 0.0 && !options.loss && !options.gnc) throw std::invalid_argument("--scale needs --loss or --gnc");
+  if (options.scale > 0.0 && !options.loss && !options.gnc)
+    throw std::invalid_argument("--scale needs --loss or --gnc");
 }
 
 void Run(const ch5::PoseGraphOptions& options, const ch5::G2oOptions& reading) {

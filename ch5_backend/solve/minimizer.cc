@@ -127,12 +127,6 @@ class Run {
           }
           return Stop(Termination::kStepConverged, "|dx| = ", info_.step_norm, " does not lower the cost any more");
         }
-        if (new_cost == cost_ && predicted > 1e-10 * cost_) {
-          return Stop(
-              Termination::kNoDecrease, "a step of |dx| = ", info_.step_norm,
-              " leaves the cost as it is where the Jacobians say that it falls: a residual ignores its vertex, or a "
-              "Plus does nothing; CheckJacobians tells which");
-        }
         if (new_cost == cost_) {  // ρ = 0
           return Stop(Termination::kCostConverged, "a step of |dx| = ", info_.step_norm, " leaves the cost as it is");
         }

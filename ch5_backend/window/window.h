@@ -35,7 +35,7 @@ struct Frame {
   bool is_at_rest = false;                      ///< its speed is zero to kRestSpeedSigma
 };
 constexpr double kRestSpeedSigma = 0.03;  ///< a hovering vehicle sways [m/s]
-using WindowFrame = Frame;  // its name in homework that was written before
+using WindowFrame = Frame;                // its name in homework that was written before
 
 /// What camera 1 sees of a landmark.
 struct SecondView {

@@ -120,7 +120,7 @@ void CheckSchur(int poses, int goes, double unit = 1.0) {
 }
 
 TEST(Stage5, EliminatesADenseBlock) {
-  CheckSchur(1, 6);                  // sizes that hide an exchange
+  CheckSchur(1, 6);                // sizes that hide an exchange
   CheckSchur(Vary(3, 5, 36), 15);  // an OKVIS frame with its speed and biases
 }
 TEST(Stage5, EliminatesAPoint) {

@@ -233,7 +233,7 @@ class RecordingApp(AppTest):
         self.assertIn("the gyroscope is at its limit on axis y in 6 readings, ±4.36 rad/s", done.stderr)
         self.assertIn("The gyroscope is at its limit on axis y in 6 readings, ±4.36 rad/s.", self.page().replace("\u00a0", " "))
         row, = table(self.out / "csv" / "odometry_warnings.csv")
-        self.assertEqual((row["warning"], row["axis"]), ("gyroscope_rail", "y"))
+        self.assertEqual((row["warning"], row["detail"]), ("gyroscope_rail", "y"))
 
     def test_a_scale_that_is_hardly_known_is_named(self):
         done = self.program(self.simulate(12, "circle"), "--out", self.out)

@@ -51,7 +51,7 @@ def fly(arguments, only_flights: bool) -> int:
         files = compile_files()
         if data and has_images(data):
             build_or_fail([TRACKER])
-            run_programs([tracking(data, out / "mine" / "recording")], arguments.json)
+            run_programs([tracking(data, out / "mine" / "recording", arguments)], arguments.json)
             data = str(out / "mine" / "recording")
         runs = {"files": files, "experiments": run_all(chosen, out / "mine", data)}
         (out / "mine" / "runs.json").write_text(json.dumps(runs, ensure_ascii=False), encoding="utf-8")

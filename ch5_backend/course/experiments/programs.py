@@ -45,7 +45,7 @@ def check_exit(command: list, code: int, message: str) -> None:
 
 def tracking(folder: str, out: Path, arguments) -> list:
     """Makes a recording, `out`, of a folder in EuRoC's layout."""
-    return [BIN / TRACKER, folder, "--out", out, *(f"--{name}" for name in ("mono", "strict") if getattr(arguments, name))]
+    return [BIN / TRACKER, folder, "--out", out, *(f"--{name}" for name in ("mono", "strict") if getattr(arguments, name, False))]
 
 
 def figures(kind: str, *words) -> list:
