@@ -23,8 +23,8 @@ void RequireRoomFor(int cameras, int points, int observations, const TextReader&
   }
 }
 
-// Of a point that a camera sees twice, the first observation stays. Observations are put in order of points by counting, and each camera
-// remembers its last observation in that order: linear time.
+// Of a point that a camera sees twice, the first observation stays. Observations are put in order of points by counting,
+// and each camera remembers its last observation in that order: linear time.
 void LeaveOutRepetitions(const std::vector<int>& lines, const std::string& path, std::vector<LeftOut>* left_out,
                          BalProblem* problem) {
   std::vector<BalObservation>& observations = problem->observations;

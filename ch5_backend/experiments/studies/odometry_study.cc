@@ -96,7 +96,7 @@ CsvTable WindowTable(const OdometryStudy& study) {
     for (const ImageResult& row : run.rows) {
       const char* names[] = {"starting", "tracking", "restarted"};
       const FrameReport& report = row.report;
-      const auto solved = [&](double value) { return report.state ? value : kNoNumber; };
+      const auto solved = [&](double value) { return report.solve.trace.empty() ? kNoNumber : value; };
       table.Row(run.policy, row.t, 1e3 * row.seconds, names[static_cast<int>(report.status)], solved(report.landmarks),
                 solved(report.solve.iterations), solved(report.solve.initial_cost), solved(report.solve.final_cost));
     }

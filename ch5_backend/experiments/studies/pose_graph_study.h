@@ -28,8 +28,8 @@ struct PoseGraphOptions : FileSolveOptions {
     solve.cost_tolerance = 1e-9;  // a long path's valley is flat: an iteration gains little, and many gain much
     solve.step_tolerance = 0.0;   // of ‖x‖: in a map's coordinates a step of 0.1 m is less
   }
-  std::optional<PoseGraphStart>
-      start;  ///< unless set, the one of least cost; incremental if there are landmarks; odometry with gnc
+  /// Unless set, the one of least cost; incremental if there are landmarks; odometry with gnc.
+  std::optional<PoseGraphStart> start;
   std::optional<LoopLoss> loss;
   double scale = 0.0;  ///< of the loss, on √(rᵀWr); unless set, from the χ² distribution
   bool gnc = false;  ///< graduated non-convexity, towards truncated least squares or, if `loss` is that, Geman–McClure
