@@ -1,4 +1,7 @@
-"""How pages and figures write numbers."""
+"""How pages and figures write numbers; a missing one is a dash."""
+import math
+
+MISSING = "–"
 
 
 def power_of_ten(exponent):
@@ -6,8 +9,14 @@ def power_of_ten(exponent):
     return "10" + str(int(exponent)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
 
 
+def fixed(value, digits=0):
+    return MISSING if math.isnan(value) else f"{value:.{digits}f}"
+
+
 def number(value, digits=3):
     """A number for reading: 0.0132, 4620, 2.17 × 10⁹."""
+    if math.isnan(value):
+        return MISSING
     if value == 0:
         return "0"
     if 1e-3 <= abs(value) < 1e5:

@@ -10,13 +10,10 @@ import numpy as np
 from markupsafe import Markup
 
 from . import odometry, page, sliders, style
+from .digits import fixed
 from .tables import read
 
 NAMES = {**odometry.NAMES, "batch": "batch"}  # --batch: the whole recording at once
-
-
-def known(value, digits):
-    return "–" if np.isnan(value) else f"{value:.{digits}f}"
 
 
 def summary_table(directory, say):
@@ -27,8 +24,8 @@ def summary_table(directory, say):
     for name in summary["policy"]:
         row = summary.row(policy=name)
         errors = row["ate_m"], row["rpe_m"], row["drift_percent"], row["path_m"], 100 * row["scale_error"], row["yaw_error_deg"]  # NaN where there is no truth
-        rows.append((NAMES[name], *(known(error, 3) for error in errors),
-                     f"{row['realtime_factor']:.1f}", known(row["tracking_factor"], 1), known(row["p99_window_ms"], 2),
+        rows.append((NAMES[name], *(fixed(error, 3) for error in errors),
+                     fixed(row["realtime_factor"], 1), fixed(row["tracking_factor"], 1), fixed(row["p99_window_ms"], 2),
                      f"{row['frames']:.0f}", f"{row['restarts']:.0f}"))
     return page.table(head, rows)
 
@@ -40,7 +37,7 @@ def segment_table(directory, say):
         return ""
     head = say("policy"), say("segment"), say("seconds"), say("images"), "ATE [m]", say("scale_error"), say("yaw_error")
     rows = [(NAMES[row["policy"]], f"{row['segment']:.0f}", f"{row['first_s']:.2f} – {row['last_s']:.2f}",
-             f"{row['frames']:.0f}", known(row["ate_m"], 3), known(100 * row["scale_error"], 3), known(row["yaw_error_deg"], 3))
+             f"{row['frames']:.0f}", fixed(row["ate_m"], 3), fixed(100 * row["scale_error"], 3), fixed(row["yaw_error_deg"], 3))
             for row in table.rows()]
     return page.paragraph(say("segment.words")) + page.table(head, rows)
 

@@ -4,9 +4,9 @@ top of each other, and the tables have all rows."""
 import numpy as np
 
 from . import page
+from .digits import MISSING, fixed, number
 from .drawing import Axes, limits
 from .odometry import NAMES
-from .style import number
 from .tables import read
 
 COLORS = {"course": "c1", "perturbed": "c0", "minimal": "c2"}  # as in prior.py
@@ -97,9 +97,9 @@ def window_cells(here, solve, yaw):
     """The row of the table for one policy and image; none while it has no estimate."""
     if not (len(here) and len(solve)):
         return ()
-    known = number(abs(yaw["information"][0]), 2) if len(yaw) else "–"
-    error = f"{100 * here['error_m'][0]:.1f}" if np.isfinite(here["error_m"][0]) else "–"
-    return (*(f"{solve[name][0]:.0f}" for name in ("landmarks", "iterations")),
+    known = number(abs(yaw["information"][0]), 2) if len(yaw) else MISSING
+    error = fixed(100 * here["error_m"][0], 1)
+    return (*(fixed(solve[name][0]) for name in ("landmarks", "iterations")),
             *(number(solve[name][0]) for name in ("initial_cost", "final_cost")),
             number(solve["milliseconds"][0], 2), error, known)
 
