@@ -49,19 +49,20 @@ std::string Cell(double value, int width, int digits) {
   return text;
 }
 
-// A row of the table, and below it each restart and segment.
+// A row of the table, and below it what the run took, each restart and segment: no line beyond 80 columns.
 void PrintRun(const ch5::OdometryRun& run) {
   constexpr double kDegrees = 180.0 / M_PI, kUnknown = std::numeric_limits<double>::quiet_NaN();
   const bool is_relative = run.error && run.relative;
-  std::printf("%-8s  %s  %s  %s  %s  %s  %s  %15.1f  %s  %s  %6zu  %8d\n", run.policy.c_str(),
+  std::printf("%-8s  %s  %s  %s  %s  %s  %s  %8d\n", run.policy.c_str(),
               Cell(run.error ? run.error->position_rmse : kUnknown, 7, 4).c_str(),
               Cell(is_relative ? run.relative->position_rmse : kUnknown, 7, 4).c_str(),
               Cell(is_relative ? run.relative->DriftPercent() : kUnknown, 9, 2).c_str(),
               Cell(is_relative ? run.relative->path : kUnknown, 8, 2).c_str(),
               Cell(run.error ? run.error->scale : kUnknown, 6, 4).c_str(),
-              Cell(run.error ? run.error->yaw_rmse * kDegrees : kUnknown, 9, 3).c_str(), run.realtime_factor,
-              Cell(run.tracking_factor, 13, 1).c_str(), Cell(run.p99_window_ms, 8, 2).c_str(), run.states.size(),
-              run.restarts);
+              Cell(run.error ? run.error->yaw_rmse * kDegrees : kUnknown, 9, 3).c_str(), run.restarts);
+  std::printf("          %zu images; times real time %s, without start %s; p99 %s ms\n", run.states.size(),
+              Cell(run.realtime_factor, 0, 1).c_str(), Cell(run.tracking_factor, 0, 1).c_str(),
+              Cell(run.p99_window_ms, 0, 2).c_str());
   if (run.time_offset != 0.0)
     std::printf("          images are taken %.1f ms %s than stamped\n", 1e3 * std::abs(run.time_offset),
                 run.time_offset < 0.0 ? "earlier" : "later");
@@ -130,9 +131,7 @@ void Run(const Command& command) {
   ch5::WriteOdometryTables(study, std::filesystem::path(command.out) / "csv");
   ch5::WriteOdometryTrajectories(study, command.out);
 
-  std::printf(
-      "policy    ATE [m]  RPE [m]  drift [%%]  path [m]   scale  yaw [deg]  times real time  without start  p99 [ms]  "
-      "images  restarts\n");
+  std::printf("policy    ATE [m]  RPE [m]  drift [%%]  path [m]   scale  yaw [deg]  restarts\n");
   for (const ch5::OdometryRun& run : study.runs) PrintRun(run);
 }
 

@@ -52,6 +52,7 @@ class RecordingApp(AppTest):
         recording = self.simulate()
         done = self.solve(recording, "--out", self.out)
         self.assertIn("161 images, 1601 IMU measurements, 8.0 s", done.stdout)
+        self.assertLessEqual(max(map(len, done.stdout.splitlines())), 80)
         self.assertEqual(done.stderr, "", "nothing is doubtful")
         self.assertEqual({path.name for path in self.out.iterdir()}, TRAJECTORIES | {"csv"})
         self.assertEqual({path.name for path in (self.out / "csv").iterdir()}, TABLES)
