@@ -6,7 +6,7 @@ complement fills in, how rows and columns move, all follow from the list of edge
 
 import numpy as np
 
-from ch5_backend.figures import hessian, prior
+from ch5_backend.figures import hessian
 from ch5_backend.figures.convergence import curves
 from ch5_backend.figures.scene import before_and_after
 from ch5_backend.figures.slide import (CROSS, FAINT, INK, LANDMARK, MUTED, PAPER, POSE, PRIOR, Figures, decades, mix)
@@ -17,7 +17,7 @@ from .deck_back_end_facts import facts  # noqa: F401
 from .tex import decimal
 from .toy_graph import EDGES, LANDMARKS, POSES, POSE_WIDTH, ordering, pattern, schur_pattern, vertices, width
 
-FIGURES = Figures({"cost": "cost above its least / first cost", "lambda": "λ", "identity": "λI", "diagonal": "λ diag(H)"})
+FIGURES = Figures({"cost": "cost above its least / first cost", "lambda": "λ"})
 
 
 def color(a, b):
@@ -272,39 +272,6 @@ def spectrum(slide, tables, say):
     """With a free gauge and with the smallest prior that holds it."""
     axes = slide.axes((200, 15, 780, 215))
     hessian.eigenvalues(axes, tables("spectrum"), {"free": say("gauge free"), "minimal prior": say("pose 0 and scale held")}, say)
-
-
-def variants(say, *names):
-    return {name: say(name) for name in names}
-
-
-@FIGURES.figure(1080, 430, "Iterations against the weight of the prior")
-def prior_iterations(slide, tables, say):
-    """Mean iterations against the weight, three variants."""
-    axes = slide.axes((80, 45, 800, 310), None, None, say("mean iterations"))
-    prior.lines(axes, tables("prior_trials"), "mean_iterations", names=variants(say, "course", "perturbed", "minimal"))
-    axes.set(ylim=(0, None), xlabel=say("weight w"))
-    slide.legend(axes, 905, 70)
-
-
-@FIGURES.figure(1080, 400, "Damping and the weight of the prior")
-def prior_damping(slide, tables, say):
-    """The course's variant with identity and with diagonal damping."""
-    axes = slide.axes((80, 45, 800, 280), None, None, say("iterations"))
-    prior.damping_lines(axes, tables("prior_damping"), "iterations", variants(say, "identity", "diagonal"))
-    axes.set(ylim=(0, None), xlabel=say("weight w"), yticks=range(0, 21, 5))
-    slide.legend(axes, 905, 70)
-
-
-@FIGURES.figure(1130, 420, "What the weight does to the answer")
-def prior_answer(slide, tables, say):
-    """What the weight does to the answer: reprojection cost and drift, full and minimal priors."""
-    for panel, (column, name, limits, log) in enumerate((("reprojection_cost", "reprojection cost", None, ""),
-                                                         ("drift_position", "drift of frame 0 [m]", (1e-12, 1.0), "y"))):
-        axes = slide.axes((80 + 560 * panel, 60, 460, 275), None, limits, say(name), "", log)
-        prior.lines(axes, tables("prior_sweep"), column, names=variants(say, "perturbed", "minimal"), marks=False)
-        axes.set_xlabel(say("weight w"))
-    slide.legend(axes, 820, 12, columns=2)
 
 
 def side_view(slide, box, tables, state, color):

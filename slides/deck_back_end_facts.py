@@ -29,12 +29,10 @@ def common_factor(rows):
 
 def chapter_facts(tables):
     """What the pages ask: the scenes' bundle adjustments, the gap in the spectrum of the free problem (zeros, then the smallest true
-    eigenvalue), and what the prior's weight does."""
+    eigenvalue)."""
     chapter = Chapter(tables)
     sizes, zeros = chapter.spectrum("free")
-    return {"chapter": chapter, "course": chapter.solve("course"), "large": chapter.solve("large"), "sizes": sizes, "zeros": zeros,
-            "sweep": tables("prior_sweep", variant="perturbed"), "trials": tables("prior_trials", variant="perturbed"),
-            "minimal": tables("prior_sweep", variant="minimal")["reprojection_cost"]}
+    return {"chapter": chapter, "course": chapter.solve("course"), "large": chapter.solve("large"), "sizes": sizes, "zeros": zeros}
 
 
 def study_facts(tables):

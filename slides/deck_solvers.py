@@ -4,6 +4,7 @@ from math import cos, pi, sin
 
 import numpy as np
 
+from ch5_backend.figures import prior
 from ch5_backend.figures.slide import CROSS, FAINT, INK, LANDMARK, MUTED, POSE, PRIOR, Figures, decades, mix
 
 from .deck_solvers_facts import facts  # noqa: F401
@@ -254,3 +255,32 @@ def outliers(slide, tables, say):
         axes.plot(100 * rows["fraction"], rows["rmse_position_m"], "o-", color=color, clip_on=False,
                   label=say("least squares" if name == "none" else name))
     slide.legend(axes, 860, 80)
+
+
+@FIGURES.figure(1080, 430, "Iterations against the weight of the prior")
+def prior_iterations(slide, tables, say):
+    """Mean iterations against the weight, three variants."""
+    axes = slide.axes((80, 45, 800, 310), None, None, say("mean iterations"))
+    prior.lines(axes, tables("prior_trials"), "mean_iterations", names={name: say(name) for name in ("course", "perturbed", "minimal")})
+    axes.set(ylim=(0, None), xlabel=say("weight w"))
+    slide.legend(axes, 905, 70)
+
+
+@FIGURES.figure(1080, 400, "Damping and the weight of the prior")
+def prior_damping(slide, tables, say):
+    """The course's variant with identity and with diagonal damping."""
+    axes = slide.axes((80, 45, 800, 280), None, None, say("iterations"))
+    prior.damping_lines(axes, tables("prior_damping"), "iterations", {"identity": "λI", "diagonal": "λ diag(H)"})
+    axes.set(ylim=(0, None), xlabel=say("weight w"), yticks=range(0, 21, 5))
+    slide.legend(axes, 905, 70)
+
+
+@FIGURES.figure(1130, 420, "What the weight does to the answer")
+def prior_answer(slide, tables, say):
+    """What the weight does to the answer: reprojection cost and drift, full and minimal priors."""
+    for panel, (column, name, limits, log) in enumerate((("reprojection_cost", "reprojection cost", None, ""),
+                                                         ("drift_position", "drift of frame 0 [m]", (1e-12, 1.0), "y"))):
+        axes = slide.axes((80 + 560 * panel, 60, 460, 275), None, limits, say(name), "", log)
+        prior.lines(axes, tables("prior_sweep"), column, names={name: say(name) for name in ("perturbed", "minimal")}, marks=False)
+        axes.set_xlabel(say("weight w"))
+    slide.legend(axes, 820, 12, columns=2)

@@ -2,6 +2,8 @@
 
 from math import log10
 
+from ch5_backend.figures.numbers.chapter import Chapter
+
 from .facts import gathered
 from .tex import scientific
 
@@ -70,4 +72,11 @@ def step_facts(tables):
     return {"newton": tables("solver_paths", algorithm="gauss-newton")}
 
 
-facts = gathered(schur_facts, pcg_facts, rule_facts, half_facts, stop_facts, step_facts)
+def weight_facts(tables):
+    """What the prior's weight does to the course's scene."""
+    return {"chapter": Chapter(tables), "trials": tables("prior_trials", variant="perturbed"),
+            "sweep": tables("prior_sweep", variant="perturbed"),
+            "minimal": tables("prior_sweep", variant="minimal")["reprojection_cost"]}
+
+
+facts = gathered(schur_facts, pcg_facts, rule_facts, half_facts, stop_facts, step_facts, weight_facts)

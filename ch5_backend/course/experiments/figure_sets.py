@@ -79,7 +79,7 @@ SYSTEMS = {"ablation": (30, 1), "ablation_recording": (1, 1), "consistency_recor
 SETS = (
     FigureSet("chapter", "", written_by("ch5_chapter"), "ch5_chapter --out {out}", "ch5_backend.figures.report {out}", (10, 12)),
     of_deck(1, "chapter"),
-    of_deck(2, tables=written_by("ch5_solvers"), made_by="ch5_solvers --out {out}"),
+    of_deck(2, "chapter", tables=written_by("ch5_solvers"), made_by="ch5_solvers --out {out}"),
     of_deck(3, "chapter"),
     of_deck(4, "gauge_paper gauge_prior_choice"),
     of_deck(5),
