@@ -13,6 +13,7 @@ namespace {
 
 // A smaller change of the cost, relative to it, is lost in its last digit: what follows would be chance.
 constexpr double kRounding = std::numeric_limits<double>::epsilon();
+constexpr double kVisible = 1e-10;  // of the cost: what a change of it must exceed to be more than rounding
 
 // Line 0 of the trace, the start, knows no damping, gain or step.
 constexpr double kNoStep = std::numeric_limits<double>::quiet_NaN();
@@ -121,15 +122,13 @@ class Run {
                         " makes the cost infinite or NaN: a residual or a Plus has no number nearby");
           }
           // So small a step is a linear one: the cost must follow its gradient, as far as rounding lets it be seen.
-          if (info_.step_norm > 1e3 * kRounding * size && predicted > 1e-10 * cost_ && info_.gain_ratio < -0.5) {
+          if (info_.step_norm > 1e3 * kRounding * size && predicted > kVisible * cost_ && info_.gain_ratio < -0.5) {
             return Stop(Termination::kNoDecrease, "a step of |dx| = ", info_.step_norm,
                         " raises the cost where the Jacobians say that it falls; CheckJacobians tells which are wrong");
           }
           return Stop(Termination::kStepConverged, "|dx| = ", info_.step_norm, " does not lower the cost any more");
         }
-        if (new_cost == cost_) {  // ρ = 0
-          return Stop(Termination::kCostConverged, "a step of |dx| = ", info_.step_norm, " leaves the cost as it is");
-        }
+        if (new_cost == cost_) return StopAtTheSameCost(predicted);  // ρ = 0, where g2o ends too
         if (std::abs(predicted) <= 1e-13 * cost_) {
           return StopBelowRounding(predicted);
         }
@@ -170,7 +169,9 @@ class Run {
     const double decrease = cost_ - new_cost;
     strategy_->Accepted(info_.gain_ratio);
     // Cost first: a zero cost cannot fall further, and a tiny fraction of the first cost counts as zero.
-    if (std::abs(decrease) <= options_.cost_tolerance * cost_ || new_cost <= 1e-28 * summary_.initial_cost) {
+    if (decrease == 0.0 && cost_ > 0.0) {
+      StopAtTheSameCost(predicted);
+    } else if (std::abs(decrease) <= options_.cost_tolerance * cost_ || new_cost <= 1e-28 * summary_.initial_cost) {
       Stop(Termination::kCostConverged, "the cost fell by ", decrease, " of ", cost_);
     } else if (predicted <= kRounding * cost_) {
       StopBelowRounding(predicted);
@@ -198,6 +199,17 @@ class Run {
     may_become_damped_ = false;
     strategy_ = MakeLevenbergMarquardt(options_.tau);
     return true;
+  }
+
+  void StopAtTheSameCost(double predicted) {
+    if (predicted > kVisible * cost_) {
+      Stop(Termination::kNoDecrease, "a step of |dx| = ", info_.step_norm,
+           " leaves the cost as it is where the Jacobians say that it falls; does a residual read its vertex, and does "
+           "its "
+           "Plus move it?");
+    } else {
+      Stop(Termination::kCostConverged, "a step of |dx| = ", info_.step_norm, " leaves the cost as it is");
+    }
   }
 
   void StopBelowRounding(double predicted) {

@@ -39,8 +39,7 @@ TEST(G2o, G7_EndsWhereTheCostDoesNotMove) {
   ScriptedSystem system = OneUnknown(4.0, 6.0, {10.0, 8.0, 8.0, 7.0});
   const Summary summary = Minimize(&system, WithoutStopRules(Algorithm::kLevenbergMarquardt, 20));
   EXPECT_EQ(summary.iterations, 2) << "ρ = 0 in the second";
-  EXPECT_EQ(summary.trace.back().gain_ratio, 0.0);
-  EXPECT_EQ(summary.termination, Termination::kCostConverged) << summary.message;
+  EXPECT_EQ(summary.termination, Termination::kNoDecrease) << "the model promised more: " << summary.message;
   EXPECT_EQ(summary.final_cost, 8.0);
 }
 
