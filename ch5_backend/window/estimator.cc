@@ -71,6 +71,7 @@ Estimator::Estimator(const EstimatorOptions& options, std::unique_ptr<WindowPoli
 void Estimator::Reset() {
   if (started_) ++segment_;
   window_ = Window();
+  window_.segment = segment_;
   SetCalibration(options_, &window_);
   window_.observability_constraints = options_.observability_constraints;
   window_.marginalizer = options_.marginalizer;
@@ -81,7 +82,7 @@ void Estimator::Reset() {
   start_spacing_ = kLeastSpacing;
   frames_at_spacing_ = 0;
   standstill_frame_ = -1;
-  started_ = holds_ = false;
+  started_ = holds_ = has_own_edges_ = false;
 }
 
 void Estimator::Restart() {
@@ -256,7 +257,7 @@ bool Estimator::IsAtRest(const Image& image) {
   if (!standstill_detector_.AddFrame(image) || image.t - last_image_time_ > options_.standstill.seconds) return false;
   last_time_with_landmarks_ = image.t;
   const Frame& newest = window_.frames.back();
-  if (options_.own_edges || !newest.speed_bias) return false;  // one's own measurements want a solve
+  if (has_own_edges_ || !newest.speed_bias) return false;  // one's own measurements want a solve
   if (!was_at_rest && newest.speed_bias->v().norm() > kMostSpeed) return false;
   const auto motion = was_at_rest ? TypicalMotion(standstill_image_, image) : std::nullopt;
   if (!motion) standstill_image_ = image;  // the first, or too few of its tracks are left
@@ -308,9 +309,10 @@ Summary Estimator::Solve() {
   if (refine) window_.observability_constraints = ObservabilityConstraints::kMarginalizedEdges;
   const auto uses = [&](const Window& w, const WindowLandmark& l) { return policy_->Uses(w, l); };
   BuildGraph(options_.weights, uses, &window_, options_.own_edges);
+  has_own_edges_ |= !window_.own_edges.empty();
   // A vertex of one's own may be tied to the world (where a satellite receiver's frame lies), so that must not slip.
   const Summary summary =
-      options_.own_edges ? SolveWithGaugeHeld(policy_->Options()) : optimizer_.Solve(policy_->Options());
+      has_own_edges_ ? SolveWithGaugeHeld(policy_->Options()) : optimizer_.Solve(policy_->Options());
   if (refine) {
     RemoveFailures(&window_);
     window_.observability_constraints = ObservabilityConstraints::kAllEdges;

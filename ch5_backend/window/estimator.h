@@ -10,10 +10,10 @@
 /// Initialization is static (at rest, gravity and gyroscope bias are the measurements' mean) or dynamic (in motion, vision
 /// is aligned with the IMU). With a second camera (Calibration::camera1, Image::tracks1), whose place on the body is known,
 /// the dynamic one needs no motion: the first image has its scale already. A vehicle that stops while it is followed holds
-/// its window until it moves, unless `own_edges` want each image solved. The estimator restarts when its estimate can no
-/// longer be true, or when a gap in the measurements leaves nothing between two images. A restart begins a new *segment*: its
-/// poses are known relative to one another, and not to those before. It begins at the last estimated
-/// position and yaw, since nothing better is known.
+/// its window until it moves, unless it has had edges of one's own since the start, which want each image solved. The
+/// estimator restarts when its estimate can no longer be true, or when a gap in the measurements leaves nothing between two
+/// images. A restart begins a new *segment*: its poses are known relative to one another, and not to those before. It begins
+/// at the last estimated position and yaw, since nothing better is known.
 ///
 /// This folder, `window/`, holds the sliding-window estimators. In: IMU measurements and feature tracks. Out: a state per
 /// image. Reading order: window.h (the values), this file, estimator.cc (one image, step by step), policy.h (what VINS-Mono
@@ -64,9 +64,10 @@ struct EstimatorOptions {
   bool report_covariance = false;       ///< costs as much as a marginalization
   /// Called when the graph of a window is made, with the window and that graph, which has the frames' poses, speeds and
   /// biases already: adds the edges of further sensors at those of their measurements whose frames are in the window, and
-  /// vertices of its own, which it must add each time. What leaves the window takes its edges along into the prior. An
-  /// edge at a speed and bias must not be added again once that is null (OKVIS): the prior has it. Position and yaw of the
-  /// oldest frame are held during the solve, so a vertex of one's own may be expressed in the world.
+  /// vertices of its own, which it must add each time. What leaves the window takes its edges along into the prior; a call
+  /// that adds nothing changes no bit. An edge at a speed and bias must not be added again once that is null (OKVIS): the
+  /// prior has it. Position and yaw of the oldest frame are held during the solve, so a vertex of one's own may be expressed
+  /// in the world; after a restart (Window::segment) that is another world.
   OwnEdges own_edges = nullptr;
 
   /// @throws OptionError
@@ -204,6 +205,7 @@ class Estimator {
   Image standstill_image_;                                     // the last image at rest, while tracking the first …
   int standstill_frame_ = -1;                                  // … and the id of its frame; −1: none yet
   bool started_ = false, holds_ = false;                       // the latter: at rest while tracking
+  bool has_own_edges_ = false;                                 // since this start
   std::optional<StateCovariance> last_covariance_;             // that was given out
   int restarts_ = 0, segment_ = 0;
   std::optional<StampedState> last_state_;  // the last that was given out, of this segment or one before

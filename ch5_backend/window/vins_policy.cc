@@ -62,15 +62,52 @@ class VinsPolicy : public WindowPolicy {
 
   void Slide(Window* window) override {
     if (window->frames.size() <= MostFrames()) return;
-    DropSet drop = flag_ == MarginalizationFlag::kOld ? DropSetOfMarginOld(*window) : DropSetOfMarginSecondNew(*window);
-    if (!options_.reuse_observations && flag_ == MarginalizationFlag::kOld) UseObservationsOnce(window, &drop);
+    const bool is_old = flag_ == MarginalizationFlag::kOld, keeps_own = !is_old && SecondNewestHasOwn(*window);
+    DropSet drop = is_old      ? DropSetOfMarginOld(*window)
+                   : keeps_own ? DropSetOfOwnAndImu(*window)
+                               : DropSetOfMarginSecondNew(*window);
+    if (!options_.reuse_observations && is_old) UseObservationsOnce(window, &drop);
+    // A prior that own edges have begun need not be at the oldest frame.
+    const bool leaves_prior = !drop.edges.empty() && window->prior && !Contains(drop.edges, window->prior);
+    if (leaves_prior) drop.edges.push_back(window->prior);
     if (!drop.edges.empty()) ReplacePrior(drop.edges, drop.vertices, window);
     SlideWindow(flag_, window);
+    window->frames.back().prior_has_imu |= keeps_own;
   }
 
   size_t MostFrames() const override { return static_cast<size_t>(options_.window_size); }
 
  private:
+  template <typename All, typename One>
+  static bool Contains(const All& all, const One& one) {
+    return std::find(all.begin(), all.end(), one) != all.end();
+  }
+
+  // Whether the second newest frame cannot be left out as an image is: an edge of one's own is there, or the prior has
+  // the IMU before it already.
+  static bool SecondNewestHasOwn(const Window& window) {
+    const Frame& second = window.frames[window.frames.size() - 2];
+    const std::vector<std::shared_ptr<Vertex>> states{second.pose, second.speed_bias};
+    return second.prior_has_imu || std::any_of(window.own_edges.begin(), window.own_edges.end(), [&](const auto& edge) {
+             return std::any_of(edge->Vertices().begin(), edge->Vertices().end(),
+                                [&](const auto& vertex) { return Contains(states, vertex); });
+           });
+  }
+
+  // MARGIN_SECOND_NEW that loses nothing but the image: the frame's states go with all edges there that are no observation
+  // of a landmark. The IMU on both sides of it ties what its own edges know to the frames that stay.
+  static DropSet DropSetOfOwnAndImu(const Window& window) {
+    const Frame& second = window.frames[window.frames.size() - 2];
+    DropSet drop;
+    drop.vertices = {second.pose, second.speed_bias};
+    for (const auto& edge : EdgesAt(window.graph, drop.vertices)) {
+      const bool is_seen = std::any_of(edge->Vertices().begin(), edge->Vertices().end(),
+                                       [](const auto& vertex) { return vertex->GetRole() == Role::kLandmark; });
+      if (!is_seen) drop.edges.push_back(edge);
+    }
+    return drop;
+  }
+
   // Uses each observation once: landmarks that the newest frame still sees stay out of the prior with all their edges;
   // the others are marginalized with all their observations.
   static void UseObservationsOnce(Window* window, DropSet* drop) {

@@ -89,7 +89,8 @@ class GraphBuilder {
     for (size_t k = 1; k < window_.frames.size(); ++k) {
       const Frame& i = window_.frames[k - 1];
       Frame& j = window_.frames[k];
-      if (!i.speed_bias || !j.speed_bias || !j.imu || j.imu->SumDt() > weights_.max_imu_seconds) continue;
+      if (!i.speed_bias || !j.speed_bias || !j.imu || j.prior_has_imu) continue;
+      if (j.imu->SumDt() > weights_.max_imu_seconds) continue;
       if (!j.imu_edge || !j.imu_edge->IsMadeOf(*j.imu) || j.imu_edge->Vertices().front() != i.pose) {
         j.imu_edge = std::make_shared<EdgeImu>(i.pose, i.speed_bias, j.pose, j.speed_bias, j.imu,
                                                Vec3(0, 0, window_.calibration.gravity));
@@ -236,7 +237,10 @@ void BuildGraph(const WindowWeights& weights, const std::function<bool(const Win
   UpdateModel(weights, window);
   GraphBuilder builder(weights, window);
   builder.AddStates();
+  const auto& edges = window->graph.Edges();
+  const size_t others = edges.size();
   if (own_edges) own_edges(*window, &window->graph);
+  window->own_edges.assign(edges.begin() + static_cast<std::ptrdiff_t>(std::min(others, edges.size())), edges.end());
   builder.AddImu();
   for (auto& [id, landmark] : window->landmarks) {
     if (landmark.inverse_depth && uses(*window, landmark)) builder.AddLandmark(&landmark);

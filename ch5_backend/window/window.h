@@ -32,6 +32,7 @@ struct Frame {
   std::shared_ptr<VertexSpeedBias> speed_bias;  ///< null once marginalized without its pose
   std::shared_ptr<Preintegration> imu;          ///< from the frame before; null for the first
   std::shared_ptr<EdgeImu> imu_edge;            ///< that BuildGraph has made of it, and uses again while it is the same
+  bool prior_has_imu = false;                   ///< `imu` is in the prior, so it is no edge any more
   bool is_at_rest = false;                      ///< its speed is zero to kRestSpeedSigma
 };
 constexpr double kRestSpeedSigma = 0.03;  ///< a hovering vehicle sways [m/s]
@@ -105,8 +106,10 @@ struct Window {
   ObservabilityConstraints observability_constraints = ObservabilityConstraints::kNone;
   Marginalizer marginalizer;       ///< null: Marginalize; not used with observability constraints
   bool prior_fixes_gauge = false;  ///< the prior contains position and yaw: no gauge prior is needed
+  int segment = 0;                 ///< counts the estimator's starts: W is another one after a restart
   Graph graph;                     ///< of the last BuildGraph …
-  ObservationModel model;          ///< … and what its observations' edges were made for
+  ObservationModel model;          ///< … what its observations' edges were made for …
+  std::vector<std::shared_ptr<Edge>> own_edges;  ///< … and its edges of one's own
 
   /// Position in `frames` of the frame `id`, or −1.
   int IndexOf(int id) const;
@@ -143,9 +146,9 @@ struct WindowWeights {
 /// Adds edges of one's own, and vertices that they need, to the graph of a window (EstimatorOptions::own_edges).
 using OwnEdges = std::function<void(const Window&, Graph*)>;
 
-/// Makes window->graph: every frame's states, the speed of those at rest, one's own edges, the IMU between consecutive frames that have a speed-bias,
-/// the observations of the landmarks that `uses` accepts, the prior and the gauge prior. Where extrinsic and time offset
-/// are both fixed, they are constants of camera 0's edges.
+/// Makes window->graph: every frame's states, the speed of those at rest, one's own edges, the IMU between consecutive
+/// frames that have a speed-bias, unless the prior has it, the observations of the landmarks that `uses` accepts, the prior
+/// and the gauge prior. Where extrinsic and time offset are both fixed, they are constants of camera 0's edges.
 void BuildGraph(const WindowWeights& weights, const std::function<bool(const Window&, const WindowLandmark&)>& uses,
                 Window* window, const OwnEdges& own_edges = nullptr);
 

@@ -4,9 +4,12 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <set>
 
 #include "ch5_backend/experiments/studies/window/wrapped_policy.h"
 #include "ch5_backend/graph/auto_diff_edge.h"
+#include "ch5_backend/marginalize/marginalize.h"
 #include "ch5_backend/math/median.h"
 #include "ch5_backend/math/option_checks.h"
 #include "ch5_backend/simulate/random.h"
@@ -306,6 +309,52 @@ TEST(Estimator, AnOwnVertexStaysKnownWhenItsFramesHaveLeft) {
       worst = std::max(worst, (p_G - q_G_W * StateAt(recording.truth, state.t)->T_W_B.p - p_G_W).norm());
     }
     EXPECT_LT(worst, 0.04);
+  }
+}
+
+// Every second image has a position. VINS leaves most images out as they come: what was measured there stays known.
+TEST(Estimator, NoOwnEdgeLeavesTheWindowButIntoThePrior) {
+  const Recording recording = SimulateSixSeconds();
+  for (size_t k = 0; k < AllPolicies().size(); ++k) {
+    const auto T_G_W = std::make_shared<VertexVector<4>>(VertexVector<4>::Estimate::Zero());
+    std::set<int> used, in_window, in_prior;
+    std::map<const Edge*, int> frame_of;
+    EstimatorOptions options{recording.calibration};
+    options.own_edges = [&](const Window& window, Graph* graph) {
+      in_window.clear();
+      frame_of.clear();
+      graph->AddVertex(T_G_W);
+      for (const Frame& frame : window.frames) {
+        if (frame.id % 2 == 1) continue;
+        const auto edge = std::make_shared<EdgeGps>(frame.pose, T_G_W, StateAt(recording.truth, frame.t)->T_W_B.p);
+        graph->AddEdge(edge);
+        frame_of[edge.get()] = frame.id;
+        used.insert(frame.id);
+        in_window.insert(frame.id);
+      }
+    };
+    options.marginalizer = [&](const auto& edges, const auto& drop) {
+      for (const auto& edge : edges)
+        if (const auto at = frame_of.find(edge.get()); at != frame_of.end()) in_prior.insert(at->second);
+      return std::make_shared<EdgePrior>(Marginalize(edges, drop));
+    };
+    const OdometryRun run = RunOdometry(recording, options, std::move(AllPolicies()[k]));
+    SCOPED_TRACE(run.policy);
+    EXPECT_EQ(run.restarts, 0);
+    EXPECT_GT(used.size(), run.states.size() / 3);
+    for (const int frame : used) EXPECT_TRUE(in_prior.count(frame) || in_window.count(frame)) << "frame " << frame;
+  }
+}
+
+TEST(Estimator, OwnEdgesThatAddNothingChangeNoBit) {
+  const Recording recording = SimulateSixSeconds();
+  EstimatorOptions plain{recording.calibration}, empty = plain;
+  empty.own_edges = [](const Window&, Graph*) {};
+  for (size_t k = 0; k < AllPolicies().size(); ++k) {
+    const OdometryRun without = RunOdometry(recording, plain, std::move(AllPolicies()[k]));
+    const OdometryRun with = RunOdometry(recording, empty, std::move(AllPolicies()[k]));
+    ASSERT_EQ(without.states.size(), with.states.size());
+    for (size_t i = 0; i < with.states.size(); ++i) EXPECT_EQ(without.states[i].T_W_B.p, with.states[i].T_W_B.p);
   }
 }
 
