@@ -23,7 +23,11 @@ template <typename Derived, int R, typename... V>
 class AutoDiffEdge : public SizedEdge<R, V...> {
  public:
   void ComputeResidual() override { this->r_ = EvaluateAt(std::index_sequence_for<V...>{}); }
-  void ComputeJacobians() override { Differentiate(std::index_sequence_for<V...>{}); }
+  void ComputeJacobians() override { Linearize(); }
+  void Linearize() override {
+    const auto differentiate = HasAvx2() ? &AutoDiffEdge::DifferentiateAvx2 : &AutoDiffEdge::Differentiate;
+    (this->*differentiate)();  // by its address: GCC's copy of a function forgets that it is flattened
+  }
 
  protected:
   using SizedEdge<R, V...>::SizedEdge;
@@ -55,26 +59,27 @@ class AutoDiffEdge : public SizedEdge<R, V...> {
     return unknowns;
   }
 
+  CH5_FLATTEN void Differentiate() { DifferentiateBody(std::index_sequence_for<V...>{}); }
+  CH5_WITH_AVX2 CH5_FLATTEN void DifferentiateAvx2() { DifferentiateBody(std::index_sequence_for<V...>{}); }
+
   template <size_t... I>
-  void Differentiate(std::index_sequence<I...>) {
+  CH5_INLINE void DifferentiateBody(std::index_sequence<I...>) {
     const Eigen::Matrix<Number, R, 1> r = Self().Evaluate(Unknowns<I>()...);
-    Eigen::Matrix<double, R, kParameters> dr_dx;
-    for (int row = 0; row < R; ++row) {
-      this->r_[row] = r[row].value;
-      dr_dx.row(row) = r[row].gradient;
-    }
-    (TakeColumns<I>(dr_dx), ...);
+    for (int row = 0; row < R; ++row) this->r_[row] = r[row].value;
+    (TakeColumns<I>(r), ...);
   }
 
   template <size_t I>
-  void TakeColumns(const Eigen::Matrix<double, R, kParameters>& dr_dx) {
+  CH5_INLINE void TakeColumns(const Eigen::Matrix<Number, R, 1>& r) {
     const auto& vertex = this->template GetVertex<I>();
     using Type = std::decay_t<decltype(vertex)>;
-    const auto dr_dx_i = dr_dx.template middleCols<Type::kDimension>(Before(I));
+    Eigen::Matrix<double, R, Type::kDimension> dr_dx;
+    for (int column = 0; column < Type::kDimension; ++column)
+      for (int row = 0; row < R; ++row) dr_dx(row, column) = r[row].gradient[Before(I) + column];
     if constexpr (Type::kDimension == Type::kLocalDimension) {
-      this->template J<I>() = dr_dx_i;
+      this->template J<I>() = dr_dx;
     } else {
-      this->template J<I>() = dr_dx_i * PlusJacobian(vertex);  // a VertexPose's: types/plus_jacobian.h
+      this->template J<I>() = dr_dx * PlusJacobian(vertex);  // a VertexPose's: types/plus_jacobian.h
     }
   }
 };
