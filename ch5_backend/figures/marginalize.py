@@ -9,11 +9,11 @@ from .tables import dense, read
 
 def numbers(axes, matrix, names, limit):
     """A heat map with every entry written out."""
-    axes.imshow(matrix, cmap="RdBu_r", vmin=-limit, vmax=limit)
+    image = axes.imshow(matrix, cmap="RdBu_r", vmin=-limit, vmax=limit)
     for (i, j), value in np.ndenumerate(matrix):
-        dark = abs(value) > 0.6 * limit
+        ground = image.cmap(image.norm(value))
         axes.text(j, i, f"{value:.6g}".replace("-", "−"), ha="center", va="center", fontsize=10.5,
-                  color="white" if dark else INK)
+                  color=max("white", INK, key=lambda ink: style.contrast(ink, ground)))
     axes.set_xticks(range(len(names)))
     axes.set_yticks(range(len(names)))
     axes.set_xticklabels(names, fontsize=14)

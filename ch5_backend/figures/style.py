@@ -97,11 +97,20 @@ def drawn(name, rows, columns, size=WIDE, legend=0, **shape):
 CONTRAST = 5.1  # of words on paper: WCAG 2 asks for 4.5, on pale bands too
 
 
-def contrast(color):
-    """With white, as WCAG 2 has it."""
-    channels = np.array(to_rgb(color))
+def contrast(color, paper="white"):
+    """As WCAG 2 has it."""
+    channels = np.array([to_rgb(color), to_rgb(paper)])
     linear = np.where(channels <= 0.04045, channels / 12.92, ((channels + 0.055) / 1.055) ** 2.4)
-    return 1.05 / (0.05 + linear @ (0.2126, 0.7152, 0.0722))
+    light = 0.05 + linear @ (0.2126, 0.7152, 0.0722)
+    return light.max() / light.min()
+
+
+def readable(color):
+    """A darker one if it is too weak for words on paper; white ones stand on something dark."""
+    color = np.array(to_rgb(color))
+    while 1.0 < contrast(color) < CONTRAST:
+        color = 0.97 * color
+    return color
 
 
 def tell_apart(figure):
@@ -120,12 +129,9 @@ def tell_apart(figure):
 
 
 def darken_words(figure):
-    """Words in a color too weak to be read get a darker one; white ones stand on something dark."""
+    """Words in a color too weak to be read get a darker one."""
     for text in figure.findobj(Text):
-        color = np.array(to_rgb(text.get_color()))
-        while contrast("white") < contrast(color) < CONTRAST:
-            color *= 0.97
-            text.set_color(color)
+        text.set_color(readable(text.get_color()))
 
 
 def save_as(figure, path):

@@ -31,10 +31,10 @@ class Page:
         """The console's errors and warnings since the last call."""
         return [entry["message"] for entry in self.driver.get_log("browser") if entry["level"] in ("SEVERE", "WARNING")]
 
-    def show_as(self, width, height, dark=False, media="screen"):
+    def show_as(self, width, height, dark=False):
         self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {"width": width, "height": height, "deviceScaleFactor": 1,
                                                                            "mobile": width < 700})
-        self.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": media, "features": [
+        self.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [
             {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}]})
 
     def open(self, address, ready="document.readyState === 'complete'"):

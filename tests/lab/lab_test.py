@@ -194,17 +194,6 @@ class Lab(LabCase):
                     self.assertGreaterEqual(self.page.evaluate("document.querySelectorAll('figure').length"), 2)
                     self.assertLessEqual(self.page.evaluate("document.documentElement.scrollWidth"), width, (panel, language))
 
-    def test_what_is_dark_at_night_is_printed_black_on_white(self):
-        """The lab, and the style of the report and of the grader's pages."""
-        self.addCleanup(self.page.show_as, 1280, 900)
-        style = base64.b64encode(f"<style>{(ROOT / 'ch5_backend/figures/page.css').read_text(encoding='utf-8')}</style>".encode()).decode()
-        for show in (lambda: self.open("panel=solve"), lambda: self.page.open(f"data:text/html;base64,{style}")):
-            for media, dark in (("screen", True), ("print", False)):
-                self.page.show_as(1280, 800, dark=True, media=media)
-                show()
-                ink, paper = self.page.evaluate("['color', 'backgroundColor'].map(key => getComputedStyle(document.body)[key].match(/\\d+/)[0])")
-                self.assertEqual(int(ink) > int(paper), dark, media)
-
     def test_a_matrix_on_a_graders_page_fits_a_phone(self):
         style = (ROOT / "ch5_backend/figures/page.css").read_text(encoding="utf-8")
         html = (f"<html lang=zh><meta charset=utf-8><meta name=viewport content='width=device-width'><style>{style}</style>"
