@@ -71,6 +71,11 @@ CsvReader::CsvReader(const std::string& path) : reader_(path) {
     Fail("the first line must name the columns and begin with \"#timestamp [ns]\", got " + TextReader::Quote(*header));
   }
   if (!twice.empty()) Fail("two columns are called " + twice + " (without units and frames)");
+  const auto column = std::find(columns_.begin(), columns_.end(), "timestamp") - columns_.begin();
+  jumps_ = reader_.LinesOutOfOrder([&](std::string_view line) {
+    for (auto k = column; k > 0; --k) line.remove_prefix(std::min(line.size(), line.find(separator_) + 1));
+    return line.substr(0, line.find(separator_));
+  });
 }
 
 bool CsvReader::Has(const std::string& column) const {
@@ -93,6 +98,9 @@ bool CsvReader::NextRow() {
 int64_t CsvReader::Stamp(bool may_repeat) {
   const int64_t stamp = reader_.ToInteger(Cell("timestamp"), "timestamp [ns]", 0, std::numeric_limits<int64_t>::max());
   const bool is_repeated = stamp == last_stamp_ && !may_repeat;
+  if (stamp > last_stamp_ && jumps_.count(reader_.Line()) > 0) {
+    Fail("the timestamp jumps ahead of those in the rows below, got " + std::to_string(stamp));
+  }
   if (stamp < last_stamp_ || is_repeated) {
     Fail(std::string("the timestamp ") + (is_repeated ? "is repeated" : "goes backwards") + ", got " +
          std::to_string(stamp) + " after " + std::to_string(last_stamp_));

@@ -6,6 +6,7 @@
 /// "w_x" …; here they are called "timestamp", "w_x", "b_a_z", without units and capital letters.
 
 #include <cstdint>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -29,7 +30,7 @@ class CsvReader {
   bool NextRow();
   /// Whether the row is the file's last line, which has no end: it may be cut in its last number.
   bool EndsInRow() const { return reader_.EndsInLine(); }
-  /// The row's time stamp [ns].  @throws FileError unless it is a whole number, not before that of the row before
+  /// The row's time stamp [ns].  @throws FileError unless it is a whole number, in order with those of the other rows
   int64_t Stamp(bool may_repeat = false);
   std::string_view Cell(const std::string& column) const;
   /// @throws FileError unless it is a finite number, or a whole one in [low, high]
@@ -47,6 +48,7 @@ class CsvReader {
   char separator_ = ',';
   std::vector<std::string> columns_;
   std::vector<std::string_view> cells_;
+  std::set<int> jumps_;  // lines whose stamps are out of order
   int64_t last_stamp_ = -1;
 };
 

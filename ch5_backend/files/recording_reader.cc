@@ -213,6 +213,10 @@ bool IsTum(const std::string& path) {
 std::vector<StampedState> ReadTum(const std::string& path, int64_t origin_ns, std::vector<LeftOut>* left_out) {
   constexpr const char* kNames[] = {"timestamp [s]", "tx", "ty", "tz", "qx", "qy", "qz", "qw"};
   TextReader reader(path);
+  const std::set<int> jumps = reader.LinesOutOfOrder([](std::string_view line) {
+    const auto words = Words(line);
+    return words.empty() || words[0][0] == '#' ? std::string_view() : words[0];
+  });
   std::vector<StampedState> states;
   ReadEach(path, left_out, [&] {
     const auto line = reader.ReadLine();
@@ -230,6 +234,8 @@ std::vector<StampedState> ReadTum(const std::string& path, int64_t origin_ns, st
                   ", which must be in seconds");
     if (!states.empty() && state.t <= states.back().t)
       reader.Fail("the timestamp is repeated or goes backwards, got " + std::string(words[0]));
+    if (jumps.count(reader.Line()) > 0)
+      reader.Fail("the timestamp jumps ahead of those in the rows below, got " + std::string(words[0]));
     state.T_W_B = {Qd(x[7], x[4], x[5], x[6]), Vec3(x[1], x[2], x[3])};
     if (const std::string why = WhyNotUnit(state.T_W_B.q); !why.empty()) reader.Fail(why);
     state.T_W_B.q.normalize();

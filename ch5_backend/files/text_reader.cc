@@ -144,6 +144,21 @@ double TextReader::ToDouble(std::string_view token, const char* what) const {
   return value;
 }
 
+// By patience sorting from the end: heads[k] is where the best sequence of k + 1 stamps begins.
+std::vector<bool> OutOfOrder(const std::vector<double>& stamps) {
+  std::vector<size_t> heads, next(stamps.size());
+  for (size_t i = stamps.size(); i-- > 0;) {
+    const auto place =
+        std::partition_point(heads.begin(), heads.end(), [&](size_t k) { return stamps[k] >= stamps[i]; });
+    if (place != heads.begin()) next[i] = *(place - 1);
+    place == heads.end() ? heads.push_back(i) : void(*place = i);
+  }
+  std::vector<bool> is_out(stamps.size(), true);
+  size_t i = heads.empty() ? 0 : heads.back();
+  for (size_t length = heads.size(); length > 0; --length, i = next[i]) is_out[i] = false;
+  return is_out;
+}
+
 std::optional<std::string_view> TextReader::ReadLine() {
   if (in_line_ && next_ != end_) {  // over the end of the line before
     ++next_;

@@ -3,10 +3,13 @@
 /// the value.
 
 #include <cstdint>
+#include <limits>
 #include <optional>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <vector>
 
 namespace ch5 {
@@ -52,6 +55,10 @@ void ReadEach(const std::string& file, std::vector<LeftOut>* left_out, const Rea
   if (here.count > 0) left_out->push_back(here);
 }
 
+/// Which of these, in the order of a file, are not in the longest sequence that never decreases: a stamp that jumps ahead is
+/// wrong itself, not all those after it. Of two that are as long, the one whose missing stamps come later.
+std::vector<bool> OutOfOrder(const std::vector<double>& stamps);
+
 class TextReader {
  public:
   /// Reads the whole file into memory.
@@ -83,6 +90,28 @@ class TextReader {
 
   /// The next line without its end (LF or CR LF); nullopt at the end of the file. For files that are read by lines only.
   std::optional<std::string_view> ReadLine();
+
+  /// Of the lines that are left, those whose stamps are out of order; they are read again afterwards.
+  /// @param stamp_of  a line's stamp as it stands there; a line without one is in order
+  template <typename StampOf>
+  std::set<int> LinesOutOfOrder(const StampOf& stamp_of) {
+    const auto here = std::tuple(next_, line_, in_line_);
+    std::vector<double> stamps;
+    std::vector<int> lines;
+    while (const auto line = ReadLine()) {
+      double stamp = std::numeric_limits<double>::quiet_NaN();
+      ParseDouble(Trim(stamp_of(*line)), &stamp);
+      if (stamp != stamp) continue;
+      stamps.push_back(stamp);
+      lines.push_back(line_);
+    }
+    std::tie(next_, line_, in_line_) = here;
+    const std::vector<bool> is_out = OutOfOrder(stamps);
+    std::set<int> out;
+    for (size_t k = 0; k < lines.size(); ++k)
+      if (is_out[k]) out.insert(lines[k]);
+    return out;
+  }
 
   /// Whether the line read last is cut off: the file ends in it, without a line's end.
   bool EndsInLine() const { return in_line_ && next_ == end_; }

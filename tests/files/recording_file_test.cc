@@ -174,6 +174,29 @@ TEST_F(RecordingFile, WorksWithoutTruthWithBlankLinesAndWithOtherLineEnds) {
   }
 }
 
+// The row itself is out of order, not the thousands below it.
+TEST_F(RecordingFile, AStampThatJumpsAheadCostsOneRow) {
+  const std::string line = Line("imu.csv", 40), stamp = line.substr(0, line.find(','));
+  const std::string jump = std::to_string(std::stoll(stamp) + 3600000000000);
+  ReplaceLine("imu.csv", 40, jump + line.substr(stamp.size()));
+  const std::string words = "imu.csv:40: the timestamp jumps ahead of those in the rows below, got " + jump;
+  EXPECT_EQ(Message(), words);
+  std::vector<LeftOut> left_out;
+  const Recording read = ReadRecording(folder_, &left_out);
+  EXPECT_EQ(read.imu.size(), recording_.imu.size() - 1);
+  ASSERT_EQ(left_out.size(), 1u);
+  EXPECT_EQ(left_out[0].count, 1);
+  EXPECT_NE(left_out[0].first.find(words), std::string::npos) << left_out[0].first;
+}
+
+TEST(OutOfOrder, LeavesOutTheFewest) {
+  EXPECT_EQ(OutOfOrder({}), std::vector<bool>());
+  EXPECT_EQ(OutOfOrder({1, 2, 2, 3}), std::vector<bool>({false, false, false, false}));
+  EXPECT_EQ(OutOfOrder({1, 9, 2, 3}), std::vector<bool>({false, true, false, false}));
+  EXPECT_EQ(OutOfOrder({9, 1, 2, 3}), std::vector<bool>({true, false, false, false}));
+  EXPECT_EQ(OutOfOrder({1, 3, 2, 4}), std::vector<bool>({false, false, true, false}));
+}
+
 // One line replaced by another is refused with "file:line: words".
 TEST_F(RecordingFile, FaultyLinesAreNamed) {
   const std::string first = "1403715273262143232", third = "1403715273267143232";
