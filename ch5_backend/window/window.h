@@ -104,11 +104,11 @@ struct Window {
   std::shared_ptr<VertexScalar> time_offset =                              ///< delay of the camera's clock [s]
       std::make_shared<VertexScalar>(VertexScalar::Estimate(0.0));
   ObservabilityConstraints observability_constraints = ObservabilityConstraints::kNone;
-  Marginalizer marginalizer;       ///< null: Marginalize; not used with observability constraints
-  bool prior_fixes_gauge = false;  ///< the prior contains position and yaw: no gauge prior is needed
-  int segment = 0;                 ///< counts the estimator's starts: W is another one after a restart
-  Graph graph;                     ///< of the last BuildGraph …
-  ObservationModel model;          ///< … what its observations' edges were made for …
+  Marginalizer marginalizer;                     ///< null: Marginalize; not used with observability constraints
+  bool prior_fixes_gauge = false;                ///< the prior contains position and yaw: no gauge prior is needed
+  int segment = 0;                               ///< counts the estimator's starts: W is another one after a restart
+  Graph graph;                                   ///< of the last BuildGraph …
+  ObservationModel model;                        ///< … what its observations' edges were made for …
   std::vector<std::shared_ptr<Edge>> own_edges;  ///< … and its edges of one's own
 
   /// Position in `frames` of the frame `id`, or −1.
