@@ -1,4 +1,4 @@
-// The report's figures that answer. Without this script everything is there, only all at once.
+// What scrolls can be reached by keys, and the report's figures answer. Without this script everything is there, only all at once.
 "use strict";
 document.documentElement.classList.add("js");
 

@@ -83,6 +83,5 @@ def write_all(directory, title, body_of, pages=PAGES):
 def write(path, title, body, language="en"):
     """The page at once or not at all; `body` is a list of pieces of HTML."""
     style, script = (Markup((HERE / name).read_text(encoding="utf-8")) for name in ("page.css", "page.js"))
-    needed = any('class="explore' in piece for piece in body)
-    text = PIECES.page(language, title, style, needed and script, Words(language)("scrolls"), Markup("\n".join(body)))
+    text = PIECES.page(language, title, style, script, Words(language)("scrolls"), Markup("\n".join(body)))
     write_whole(path, text, errors="replace")

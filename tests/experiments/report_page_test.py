@@ -7,8 +7,10 @@ import tempfile
 import unittest
 from pathlib import Path
 
+from markupsafe import Markup
+
 from slides import browser, npm
-from ch5_backend.figures import style, tables
+from ch5_backend.figures import page, style, tables
 from tests.experiments.report_texts import write_reports
 from tests.project import OUT
 from tests.homework.chinese import english_in
@@ -131,6 +133,14 @@ class Report(unittest.TestCase):
         self.assertNotRegex(plain, r'(src|href)="(https?:|/)|url\(|@import')
         self.assertEqual(plain.count('<div class="control" hidden>'), 4)
         self.assertIn("H: pose 0 × pose 0: 40 edges, each adds J_iᵀ W J_j: numbers 0–39.", plain)
+
+    def test_a_wide_table_of_another_page_can_be_scrolled_by_keys(self):
+        page.write(self.out / "other.html", "Other", [Markup("<h1>Other</h1>"), page.table(["words"] * 30, [["words"] * 30])])
+        axe = self.probed["en"].partition("<script>")[2].partition("</script>")[0]
+        ask = ("addEventListener('load', () => axe.run().then(({violations}) => parent.postMessage(JSON.stringify("
+               "{width: innerWidth, axe: violations.map(one => one.id), boxes: document.querySelectorAll('.scroll[tabindex]').length}), '*')))")
+        text = (self.out / "other.html").read_text(encoding="utf-8").replace("<head>", f"<head><script>{axe}</script><script>{ask}</script>", 1)
+        self.assertEqual(self.tried(widths=(390,), text=text)[390], {"width": 390, "axe": [], "boxes": 1})
 
     def test_what_is_wrong_is_found(self):
         wrong = self.probed["en"].replace("<h1>", '<img src="http://localhost/a.png"><script>nonsense()</script>'

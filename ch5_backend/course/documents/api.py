@@ -60,7 +60,7 @@ def build(out):
             raise BuildError(f"Doxygen warns:\n{done.stderr.strip()}", code=1)
         pages = Path(folder) / "api"
         for page in pages.glob("*.html"):
-            drop_dead_links(page)
+            mend(page)
         (pages / "mathjax").mkdir()
         shutil.copy(mathjax, pages / "mathjax" / "MathJax.js")  # version 3 where Doxygen looks for version 2: see the Doxyfile
         if out.exists():
@@ -69,8 +69,10 @@ def build(out):
     print(out / "index.html")
 
 
-def drop_dead_links(page):
-    """Doxygen 1.9 links to a list of nested classes where all of them are hidden."""
-    text = page.read_text(encoding="utf-8")
+def mend(page):
+    """Doxygen 1.9 names no language, lets no key scroll what is wide, and links to a list of nested classes where all are hidden."""
+    text = page.read_text(encoding="utf-8").replace("<html ", '<html lang="en" ', 1)
+    text = re.sub(r'<(pre class="fragment"|div class="(?:fragment|memproto)")', r'<\1 tabindex="0"', text)
     if '<a name="nested-classes">' not in text:
-        page.write_text(re.sub(r'<a href="#nested-classes">\w+</a>(?: &#124;)?\s*', "", text), encoding="utf-8")
+        text = re.sub(r'<a href="#nested-classes">\w+</a>(?: &#124;)?\s*', "", text)
+    page.write_text(text, encoding="utf-8")
