@@ -33,11 +33,11 @@ double LargestEntry(const MatXX& A) { return A.size() == 0 ? 0.0 : A.cwiseAbs().
 
 // What Require compares.
 struct Claim {
+  const Check& check;
   const MatXX &expected, &got;
-  const Names &names, &columns;
-  double tolerance;
-  const std::string& variable;
   const formula::Formula* formula = nullptr;
+
+  double Allowed() const { return check.tolerance * LargestEntry(expected); }
 };
 
 // |got − expected|, with infinity where `got` is not finite.
@@ -63,21 +63,24 @@ bool IsAnswer(const Claim& claim, const MatXX& answer) {
 }
 
 // Memory that was never set, or has been freed, gets its own message.
-std::optional<Mistake> FindMistake(const Claim& claim, const std::vector<Mistake>& mistakes, const Mistakes& vaguer) {
+std::optional<Mistake> FindMistake(const Claim& claim) {
   if (HoldsUnset(claim.got) || claim.got.size() == 0) return {};
-  const auto find = [&](const std::vector<Mistake>& among) -> std::optional<Mistake> {
+  const auto find = [&](const Mistakes& among) -> std::optional<Mistake> {
     const auto found = std::find_if(among.begin(), among.end(),
                                     [&](const Mistake& mistake) { return IsAnswer(claim, mistake.answer); });
     return found == among.end() ? std::nullopt : std::optional(*found);
   };
-  if (const auto found = find(mistakes)) return found;
+  if (const auto found = find(claim.check.mistakes)) return found;
   if (claim.formula == nullptr || claim.got.isZero(0.0)) return {};  // many slips give zero
   const auto is = [&](const MatXX& answer) { return IsAnswer(claim, answer); };
   if (const auto slip = FindSlip(*claim.formula, claim.got, is)) return slip;
-  return find(vaguer());
+  return find(claim.check.vaguer);
 }
 
-Text Called(const Claim& claim) { return claim.variable.empty() ? Text("matrix.it") : Word(claim.variable); }
+Text Called(const Claim& claim) {
+  const std::string& variable = claim.check.variable;
+  return variable.empty() ? Text("matrix.it") : Word(variable);
+}
 
 bool Any(const MatXX& A, bool (*is)(double)) { return std::any_of(A.data(), A.data() + A.size(), is); }
 
@@ -153,7 +156,7 @@ Text SymptomOfTheWhole(const Claim& claim) {
     if (Equal(got, lower, kMistakeMatch)) return "matrix.only_lower_triangle";
   }
   if (SameNumbersElsewhere(got, expected, kMistakeMatch)) return "matrix.wrong_places";
-  const auto wrong = ((got - expected).array().abs() > claim.tolerance * LargestEntry(expected)).eval();
+  const auto wrong = ((got - expected).array().abs() > claim.Allowed()).eval();
   const MatXX wrong_got = wrong.select(got, 0.0), meant = wrong.select(expected, 0.0);
   if (wrong_got.isZero(0.0)) return "matrix.wrong_entries_are_zero";
   const double k_wrong = Ratio(wrong_got, meant);  // not finite where zeros are meant
@@ -171,7 +174,7 @@ Answers& AnswersSoFar() {
 bool IsOfAnEarlierCall(const Claim& claim) {
   const Answers& answers = AnswersSoFar();
   return std::any_of(answers.begin(), answers.end(), [&](const auto& answer) {
-    return answer.first == claim.variable && Equal(claim.got, answer.second, kMistakeMatch);
+    return answer.first == claim.check.variable && Equal(claim.got, answer.second, kMistakeMatch);
   });
 }
 
@@ -187,9 +190,12 @@ Text Symptom(const Claim& claim) {
   return "matrix.none_typical";
 }
 
-// Of a matrix of another size that no mistake has: what else at hand is as large.
+// Of a matrix of another size that is no mistake's: which mistake, or what else at hand, is as large.
 Text CauseOfSize(const Claim& claim) {
   if (claim.got.size() == 0) return {"matrix.still_empty", {{"variable", Called(claim)}}};
+  for (const Mistake& mistake : claim.check.mistakes) {
+    if (HaveOneSize(mistake.answer, claim.got)) return mistake.cause;
+  }
   for (const auto& other : claim.formula == nullptr ? std::vector<formula::Expression>() : claim.formula->beside) {
     const auto& A = TryValue(other);
     if (A && HaveOneSize(*A, claim.got)) return {"formula.as_large_as", {{"matrix", Word(NameOf(other))}}};
@@ -208,8 +214,8 @@ Text Entry(const MatXX& A, int row, int column, int digits) {
 Text WrongWithin(const Eigen::Matrix<bool, Eigen::Dynamic, Eigen::Dynamic>& wrong) {
   const auto range = [](const auto& any) {  // of what holds a wrong one
     Eigen::Index first = 0, last = any.size() - 1;
-    while (first < last && !any[first]) ++first;
-    while (last > first && !any[last]) --last;
+    while (first < last && any[first] == 0.0) ++first;
+    while (last > first && any[last] == 0.0) --last;
     return std::pair{first, last};
   };
   const VecX rows = wrong.rowwise().any().cast<double>(), columns = wrong.colwise().any().transpose().cast<double>();
@@ -225,22 +231,22 @@ void CompareEntry(const Claim& claim, Diagnosis* diagnosis) {
   const MatXX deviation = Deviation(claim);
   int row = 0, column = 0;
   deviation.maxCoeff(&row, &column);
-  const double threshold = claim.tolerance * LargestEntry(claim.expected);
-  const auto wrong = (deviation.array() > threshold).count();
+  const auto is_wrong = (deviation.array() > claim.Allowed()).matrix().eval();
   const bool alike = Number(claim.expected(row, column)) == Number(claim.got(row, column));
   const int digits = alike ? kMoreDigits : kDigits;
   diagnosis->expected = Entry(claim.expected, row, column, digits);
-  diagnosis->got = {
-      "matrix.worst_entry",
-      {{"entry", Entry(claim.got, row, column, digits)}, {"wrong", Word(wrong)}, {"all", Word(deviation.size())}}};
-  if (row < static_cast<int>(claim.names.size())) {
-    diagnosis->places.push_back({{"diagnosis.row", {{"n", Word(row)}}}, claim.names[row]});
+  diagnosis->got = {"matrix.worst_entry",
+                    {{"entry", Entry(claim.got, row, column, digits)},
+                     {"wrong", Word(is_wrong.count())},
+                     {"all", Word(deviation.size())}}};
+  const Names &rows = claim.check.names.rows, &own = claim.check.names.columns, &columns = own.empty() ? rows : own;
+  if (row < static_cast<int>(rows.size())) {
+    diagnosis->places.push_back({{"diagnosis.row", {{"n", Word(row)}}}, rows[row]});
   }
-  const Names& columns = claim.columns.empty() ? claim.names : claim.columns;
   if (claim.got.cols() > 1 && column < static_cast<int>(columns.size())) {
     diagnosis->places.push_back({{"diagnosis.column", {{"n", Word(column)}}}, columns[column]});
   }
-  if (const Text within = WrongWithin((deviation.array() > threshold).matrix()); !within.empty()) {
+  if (const Text within = WrongWithin(is_wrong); !within.empty()) {
     diagnosis->places.push_back({"diagnosis.all_wrong_ones", within});
   }
   if (claim.formula == nullptr) return;
@@ -268,8 +274,8 @@ void RecordMargin(const Claim& claim) {
   const testing::TestInfo* now = testing::UnitTest::GetInstance()->current_test_info();
   if (now != test) largest = 0.0;
   test = now;
-  if (claim.got.rows() != claim.expected.rows() || claim.got.cols() != claim.expected.cols()) return;
-  const double allowed = std::max(claim.tolerance * LargestEntry(claim.expected), std::numeric_limits<double>::min());
+  if (!HaveOneSize(claim.got, claim.expected)) return;
+  const double allowed = std::max(claim.Allowed(), std::numeric_limits<double>::min());
   largest = std::max(largest, LargestEntry(Deviation(claim)) / allowed);
   if (std::isfinite(largest)) testing::Test::RecordProperty("margin", Number(largest));
 }
@@ -278,9 +284,9 @@ void RecordMargin(const Claim& claim) {
 std::string Picture(const Claim& claim) {
   constexpr Eigen::Index kMost = 90;
   const MatXX& E = claim.expected;
-  if (claim.got.rows() != E.rows() || claim.got.cols() != E.cols() || E.rows() > kMost || E.cols() > kMost) return "";
+  if (!HaveOneSize(claim.got, E) || E.rows() > kMost || E.cols() > kMost) return "";
   const MatXX deviation = Deviation(claim);
-  const double allowed = claim.tolerance * LargestEntry(E);
+  const double allowed = claim.Allowed();
   std::string rows;
   for (Eigen::Index i = 0; i < E.rows(); ++i) {
     if (i > 0) rows += '/';
@@ -298,8 +304,15 @@ std::string JsonString(const std::string& text) {
   return quoted + "\"";
 }
 
+// "1.1" in the tests Stage11.
+std::string StageNow() {
+  const testing::TestInfo* test = testing::UnitTest::GetInstance()->current_test_info();
+  std::string stage = test == nullptr ? "" : std::string(test->test_suite_name()).substr(std::strlen("Stage"));
+  return stage.size() > 1 ? stage.insert(1, ".") : stage;
+}
+
 [[noreturn]] void Tell(const Diagnosis& diagnosis) {
-  std::string json = "{\"stage\": " + JsonString(diagnosis.stage) + ", \"check\": " + diagnosis.check.Json();
+  std::string json = "{\"stage\": " + JsonString(StageNow()) + ", \"check\": " + diagnosis.check.Json();
   for (const auto& [name, text] :
        {std::pair{"expected", &diagnosis.expected}, {"got", &diagnosis.got}, {"cause", &diagnosis.cause}}) {
     if (!text->empty()) json += std::string(", \"") + name + "\": " + text->Json();
@@ -358,57 +371,51 @@ Mistake CholeskyOfSingular(const std::string& todo, const char* matrix, const Ve
 bool HoldsUnset(const MatXX& A) { return Any(A, &IsFresh) || Any(A, &IsFreed); }
 
 bool Equal(const MatXX& got, const MatXX& expected, double tolerance) {
-  if (got.rows() != expected.rows() || got.cols() != expected.cols()) return false;
+  if (!HaveOneSize(got, expected)) return false;
   if (got.size() == 0) return true;
   return got.allFinite() && expected.allFinite() && LargestEntry(got - expected) <= tolerance * LargestEntry(expected);
 }
 
 namespace {
 
-void RequireEqual(const Claim& claim, Diagnosis diagnosis, const Mistakes& make_mistakes, const Mistakes& vaguer = {}) {
+// What was expected and what came: the sizes, all of a small matrix, or the worst entry of a large one.
+void Compare(const Claim& claim, Diagnosis* diagnosis) {
   const MatXX &expected = claim.expected, &got = claim.got;
+  if (!HaveOneSize(got, expected)) {
+    diagnosis->expected = {"matrix.size_expected", {{"size", Word(Size(expected))}}};
+    diagnosis->got = {"matrix.size_got", {{"size", Word(Size(got))}}};
+  } else if (got.rows() <= kSmall && got.cols() <= kSmall) {
+    const int digits = Whole(expected, kDigits) == Whole(got, kDigits) ? kMoreDigits : kDigits;
+    diagnosis->expected = Word(Whole(expected, digits));
+    diagnosis->got = Word(Whole(got, digits));
+  } else {
+    CompareEntry(claim, diagnosis);
+  }
+}
+
+void Require(const Claim& claim) {
+  const auto& [check, expected, got, formula] = claim;
   RecordMargin(claim);
-  if (Equal(got, expected, claim.tolerance)) {
-    if (!claim.variable.empty()) AnswersSoFar().emplace_back(claim.variable, expected);
+  if (Equal(got, expected, check.tolerance)) {
+    if (!check.variable.empty()) AnswersSoFar().emplace_back(check.variable, expected);
     return;
   }
   testing::Test::RecordProperty("picture", Picture(claim));
+  Diagnosis diagnosis{check.what, {}, {}, {}, check.todo};
   if (!HoldsUnset(got)) diagnosis.fingerprint = Fingerprint(expected, got);
-  const std::vector<Mistake> mistakes = make_mistakes();
-  const auto mistake = FindMistake(claim, mistakes, vaguer);
+  const auto mistake = FindMistake(claim);
   if (mistake && !mistake->todo.empty()) diagnosis.todo = mistake->todo;
-  if (!HaveOneSize(got, expected)) {
-    diagnosis.expected = {"matrix.size_expected", {{"size", Word(Size(expected))}}};
-    diagnosis.got = {"matrix.size_got", {{"size", Word(Size(got))}}};
-    const auto as_large = std::find_if(mistakes.begin(), mistakes.end(),
-                                       [&](const Mistake& one) { return HaveOneSize(one.answer, got); });
-    diagnosis.cause = mistake                                        ? mistake->cause
-                      : as_large != mistakes.end() && got.size() > 0 ? as_large->cause
-                                                                     : CauseOfSize(claim);
-    Tell(diagnosis);
-  }
-  if (got.rows() <= kSmall && got.cols() <= kSmall) {
-    const int digits = Whole(expected, kDigits) == Whole(got, kDigits) ? kMoreDigits : kDigits;
-    diagnosis.expected = Word(Whole(expected, digits));
-    diagnosis.got = Word(Whole(got, digits));
-  } else {
-    CompareEntry(claim, &diagnosis);
-  }
-  diagnosis.cause = mistake ? mistake->cause : Symptom(claim);
+  diagnosis.cause = mistake ? mistake->cause : HaveOneSize(got, expected) ? Symptom(claim) : CauseOfSize(claim);
+  Compare(claim, &diagnosis);
   Tell(diagnosis);
 }
 
 }  // namespace
 
-void Require(const std::string& stage, const Text& what, const MatXX& expected, const MatXX& got, const Names& names,
-             const Mistakes& mistakes, double tolerance, const std::string& todo, const std::string& variable,
-             const Names& columns) {
-  RequireEqual({expected, got, names, columns, tolerance, variable}, {stage, what, {}, {}, {}, todo}, mistakes);
-}
+void Require(const Check& check, const MatXX& right, const MatXX& got) { Require({check, right, got}); }
 
 void Require(const Check& check, const formula::Formula& right, const MatXX& got) {
-  RequireEqual({Value(right.right), got, check.rows, check.columns, check.tolerance, check.variable, &right},
-               {check.stage, check.what, {}, {}, {}, check.todo}, check.mistakes, check.vaguer);
+  Require({check, Value(right.right), got, &right});
 }
 
 void Fail(Diagnosis diagnosis) {
@@ -422,16 +429,22 @@ Names Words(const std::vector<std::string>& words) {
   return names;
 }
 
-Names RowNames(const Ordering& ordering, bool numbered) {
+Names RowNames(const std::vector<std::shared_ptr<Vertex>>& vertices, const char* role) {
   Names names;
-  for (const auto* vertices : {&ordering.poses, &ordering.landmarks}) {
-    const char* const role = vertices == &ordering.poses ? "scene.pose" : "scene.landmark";
-    for (size_t i = 0; i < vertices->size(); ++i) {
-      const Vertex& vertex = *(*vertices)[i];
-      const Text name = numbered ? Text(role, {{"n", Word(i)}}) : Word(vertex.Name());
-      for (int k = 0; k < vertex.LocalDimension(); ++k) names.push_back(NameOfRow(vertex, name, k));
-    }
+  for (size_t i = 0; i < vertices.size(); ++i) {
+    const Text name = role != nullptr ? Text(role, {{"n", Word(i)}}) : Word(vertices[i]->Name());
+    for (int k = 0; k < vertices[i]->LocalDimension(); ++k) names.push_back(NameOfRow(*vertices[i], name, k));
   }
+  return names;
+}
+
+Names RowNames(const Ordering& ordering, bool numbered) {
+  return RowNames(ordering.poses, numbered ? "scene.pose" : nullptr) +
+         RowNames(ordering.landmarks, numbered ? "scene.landmark" : nullptr);
+}
+
+Names operator+(Names names, const Names& more) {
+  names.insert(names.end(), more.begin(), more.end());
   return names;
 }
 

@@ -2,7 +2,6 @@
 /// Failures that teach, as data: what was expected, what came, whose entry it is, and which typical mistake gives just
 /// this. A diagnosis leaves the test as one line of JSON; its sentences are in ch5_backend/course/base/language.
 
-#include <functional>
 #include <initializer_list>
 #include <string>
 #include <type_traits>
@@ -64,20 +63,8 @@ struct Mistake {
   MatXX answer;
 };
 
-/// The likelier ones first; of a function, which is called only where something is wrong.
-class Mistakes {
- public:
-  Mistakes() = default;
-  Mistakes(std::vector<Mistake> all) : make_([all = std::move(all)] { return all; }) {}
-  Mistakes(std::initializer_list<Mistake> all) : Mistakes(std::vector(all)) {}
-  template <typename Make, std::enable_if_t<std::is_invocable_v<Make>, int> = 0>
-  Mistakes(Make make) : make_(std::move(make)) {}
-
-  std::vector<Mistake> operator()() const { return make_ ? make_() : std::vector<Mistake>(); }
-
- private:
-  std::function<std::vector<Mistake>()> make_;
-};
+/// The likelier ones first.
+using Mistakes = std::vector<Mistake>;
 
 /// That J, which was to be a root of a singular matrix with these eigenvalues, comes from LLT.
 /// @param gram  JᵀJ, as the check compares it
@@ -88,10 +75,9 @@ Mistake CholeskyOfSingular(const std::string& todo, const char* matrix, const Ve
 using Names = std::vector<Text>;
 Names Words(const std::vector<std::string>& words);
 
-/// Why a check has failed. All but the stage and the check may be empty.
+/// Why a check has failed; its stage is that of the test. All but the check may be empty.
 struct Diagnosis {
-  std::string stage;  ///< "1.1"
-  Text check;         ///< what was compared: "H of one edge between two poses"
+  Text check;  ///< what was compared: "H of one edge between two poses"
   Text expected = {}, got = {};
   Text cause = {};
   std::string todo = {};                           ///< where to read
@@ -103,31 +89,33 @@ struct Diagnosis {
 /// where a worker cannot write.
 [[noreturn]] void Fail(Diagnosis diagnosis);
 
-/// Compares a student's matrix or vector with the right one, and fails the test if they differ.
-/// @param what  "H of one edge between two poses"
-/// @param names  of the rows, and of the columns of a square matrix
-/// @param tolerance  of the largest expected entry;  @param todo  where to look if no typical mistake explains it
-/// @param variable  what the student's code calls it: "H_prior";  @param columns  if they have other names than the rows
-void Require(const std::string& stage, const Text& what, const MatXX& expected, const MatXX& got,
-             const Names& names = {}, const Mistakes& mistakes = {}, double tolerance = 1e-10,
-             const std::string& todo = {}, const std::string& variable = {}, const Names& columns = {});
+/// Of the rows and columns of a matrix; those of a square one may have the same.
+struct Sides {
+  Names rows, columns;
+
+  Sides(const Names& rows = {}, const Names& columns = {}) : rows(rows), columns(columns) {}
+};
 
 /// What is compared, and how.
 struct Check {
-  std::string stage;
-  Text what;
-  std::string todo = {}, variable = {};  ///< as above
-  Names rows = {}, columns = {};
-  double tolerance = 1e-10;
-  Mistakes mistakes = {};  ///< those that are no slips in the formula
-  Mistakes vaguer = {};    ///< what else may be said, if neither they nor slips explain it
+  Text what;                  ///< "H of one edge between two poses"
+  std::string todo = {};      ///< where to look if no typical mistake explains it
+  std::string variable = {};  ///< what the student's code calls it: "H_prior"
+  Sides names = {};
+  double tolerance = 1e-10;  ///< of the largest expected entry
+  Mistakes mistakes = {};    ///< those that are no slips in a formula
+  Mistakes vaguer = {};      ///< what else may be said, if neither they nor slips explain it
 };
+/// Fails the test if a student's matrix or vector differs from the right one.
+void Require(const Check& check, const MatXX& right, const MatXX& got);
 /// The same with the value of a formula, one of whose slips may explain the difference.
 void Require(const Check& check, const formula::Formula& right, const MatXX& got);
 
-/// The names of the rows of H: by type and graph id, "VertexPose 4, δp.x", or the place in the list if it is in no graph;
-/// or numbered as stage 7 does, "pose 0, δp.x".
+/// The names of the vertices' rows: by type and graph id, "VertexPose 4, δp.x", or the place in the list if it is in no graph;
+/// or numbered as stage 7 does, "pose 0, δp.x".  @param role  "scene.pose"
+Names RowNames(const std::vector<std::shared_ptr<Vertex>>& vertices, const char* role = nullptr);
 Names RowNames(const Ordering& ordering, bool numbered = false);
+Names operator+(Names names, const Names& more);
 
 /// Whether it holds numbers from memory that was never written to, or has been freed (unset_memory.h).
 bool HoldsUnset(const MatXX& A);

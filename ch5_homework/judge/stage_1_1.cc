@@ -21,8 +21,8 @@ void CheckSystem(const Graph& graph, const System& got, const Text& scene) {
   loop.todo_b = "1.1d 1.1b";
   const right::AssembledSystem right(loop);
   const Names names = RowNames(ordering);
-  Require({"1.1", {"scene.H_of", {{"what", scene}}}, "1.1a", "H", names}, right.H, got.H);
-  Require({"1.1", {"scene.b_of", {{"what", scene}}}, "1.1b", "b", names}, right.b, got.b);
+  Require({{"scene.H_of", {{"what", scene}}}, "1.1a", "H", names}, right.H, got.H);
+  Require({{"scene.b_of", {{"what", scene}}}, "1.1b", "b", names}, right.b, got.b);
 }
 
 // After an earlier call, which has left `before`. Of so many edges no slips are tried: the scenes above have shown them.
@@ -33,10 +33,10 @@ void CheckSecondCall(const Graph& graph, const System& got, const Text& scene, c
   const auto not_zeroed = [](const char* it, const MatXX& sum) {
     return Mistakes{{"", {"1.1.not_zeroed", {{"it", Word(std::string(it))}}}, sum}};
   };
-  Require("1.1", {"scene.H_of", {{"what", scene}}}, right.H, got.H, names, not_zeroed("H", before.H + right.H), 1e-10,
-          "1.1a", "H");
-  Require("1.1", {"scene.b_of", {{"what", scene}}}, right.b, got.b, names, not_zeroed("b", before.b + right.b), 1e-10,
-          "1.1b", "b");
+  Require({{"scene.H_of", {{"what", scene}}}, "1.1a", "H", names, 1e-10, not_zeroed("H", before.H + right.H)}, right.H,
+          got.H);
+  Require({{"scene.b_of", {{"what", scene}}}, "1.1b", "b", names, 1e-10, not_zeroed("b", before.b + right.b)}, right.b,
+          got.b);
 }
 
 void CheckMakeHessian(Scene* scene, const Text& words) {

@@ -43,18 +43,10 @@ void CheckMove(const Marginalization& c, const right::Moved& right, const right:
     moved.topLeftCorner(prior.rows(), prior.cols()) = prior;
     return Mistakes{{"2d", {"2.changed_in_place", {{"it", Word(std::string(it))}}}, moved}};
   };
-  Require({"2",
-           c.Of("2.H_marg_after_move"),
-           rows_are_right ? "2b" : "2a",
-           "H_marg",
-           names,
-           {},
-           1e-12,
-           reduced("H_marg", H, Value(prior.H.right))},
-          right.H, got.H_moved);
-  Require(
-      {"2", c.Of("2.b_marg_after_move"), "2a", "b_marg", names, {}, 1e-12, reduced("b_marg", b, Value(prior.b.right))},
-      right.b, got.b_moved);
+  const Mistakes in_H = reduced("H_marg", H, Value(prior.H.right)), in_b = reduced("b_marg", b, Value(prior.b.right));
+  Require({c.Of("2.H_marg_after_move"), rows_are_right ? "2b" : "2a", "H_marg", names, 1e-12, in_H}, right.H,
+          got.H_moved);
+  Require({c.Of("2.b_marg_after_move"), "2a", "b_marg", names, 1e-12, in_b}, right.b, got.b_moved);
 }
 
 void CheckMarginalize(const MatXX& H, const VecX& b, int idx, int dim) {
@@ -67,10 +59,8 @@ void CheckMarginalize(const MatXX& H, const VecX& b, int idx, int dim) {
   const right::Prior prior({Value(moved.H.right), Value(moved.b.right)}, {H, b}, dim);
   CheckMove(c, moved, prior, result);
   const Names names = VariableNames(moved.order);
-  Require({"2", c.Of(Word("H_prior = A_rr − A_rm A_mm⁻¹ A_mr")), "2d", "H_prior", names, {}, 1e-9}, prior.H,
-          result.H_prior);
-  Require({"2", c.Of(Word("b_prior = b_r − A_rm A_mm⁻¹ b_m")), "2d", "b_prior", names, {}, 1e-9}, prior.b,
-          result.b_prior);
+  Require({c.Of(Word("H_prior = A_rr − A_rm A_mm⁻¹ A_mr")), "2d", "H_prior", names, 1e-9}, prior.H, result.H_prior);
+  Require({c.Of(Word("b_prior = b_r − A_rm A_mm⁻¹ b_m")), "2d", "b_prior", names, 1e-9}, prior.b, result.b_prior);
 }
 
 void CheckRandom(int n, int idx, int dim) {

@@ -50,7 +50,7 @@ MatXX Transformed(const MatXX& covariance, const MatXX& motion, const MatXX& Q, 
 // Three rows block by block, so that a mistake is named whatever the other blocks are.
 void CheckBlock(const Text& what, const formula::Formula& right, const MatXX& got, const std::string& row,
                 const Names& columns, const std::string& todo) {
-  Require({"4", what, todo, {}, Words({row + ".x", row + ".y", row + ".z"}), columns, kTolerance}, right, got);
+  Require({what, todo, {}, {Words({row + ".x", row + ".y", row + ".z"}), columns}, kTolerance}, right, got);
 }
 
 Names Shifts(GaugeGroup group) {
@@ -120,9 +120,9 @@ TEST(Stage4, TheNullSpaceIsTheDerivativeOfTheWorldsMotion) {
     for (const int count : {4, 9, 17}) {
       GraphScene scene("vertices of all types", {count, 97});
       const Vertices& vertices = scene.vertices;
-      Require("4", {"4.U_of_vertices", {{"n", Word(count)}, {"system", NameOf(group)}}},
-              NumericNullSpace(vertices, group), NullSpace(scene, group), RowNames(vertices), {}, kTolerance, {}, {},
-              DirectionNames(group));
+      const Text of("4.U_of_vertices", {{"n", Word(count)}, {"system", NameOf(group)}});
+      Require({of, {}, {}, {RowNames(vertices), DirectionNames(group)}, kTolerance}, NumericNullSpace(vertices, group),
+              NullSpace(scene, group));
     }
   }
 }
@@ -130,7 +130,7 @@ TEST(Stage4, TheNullSpaceIsTheDerivativeOfTheWorldsMotion) {
 // ---- 4c, the projection ---------------------------------------------------------------------------------------------
 
 void CheckProjection(const MatXX& U, const MatXX& V, const Names& names, const Text& what) {
-  Require({"4", what, "4c", "Q", names, {}, 1e-9}, right::Projection(U, V), Projection(U, V));
+  Require({what, "4c", "Q", names, 1e-9}, right::Projection(U, V), Projection(U, V));
 }
 
 TEST(Stage4, TheProjectionEndsInTheGaugeWhateverUAndVAre) {
@@ -170,12 +170,12 @@ void CheckMotion(GraphScene& scene, double yaw, const Text& what) {
   int row = 0;
   for (const auto& vertex : scene.vertices) {
     const int dim = vertex->LocalDimension();
-    Require({"4", of, "4d", {}, {names.begin() + row, names.begin() + row + dim}, names, kTolerance},
+    Require({of, "4d", {}, {Names(names.begin() + row, names.begin() + row + dim), names}, kTolerance},
             right::MotionRows(g.R.toRotationMatrix(), row, dim, static_cast<int>(got.cols())),
             got.middleRows(row, dim));
     row += dim;
   }
-  Require("4", of, NumericMotionJacobian(scene.vertices, g), got, names, {}, kTolerance, "4d");
+  Require({of, "4d", {}, names, kTolerance}, NumericMotionJacobian(scene.vertices, g), got);
 }
 
 TEST(Stage4, TheMotionTurnsWhatIsExpressedInTheWorld) {
@@ -204,7 +204,7 @@ TEST(Stage4, TheCovarianceIsMultipliedFromBothSides) {
     const MatXX got = Transformed(C, M, Q, Q_C);
     const bool exploded = !got.allFinite() || (got.size() > 0 && got.norm() > 1e8);  // all that is given is near 1
     const Text of("4.covariance_of_random", {{"size", Word(std::to_string(n) + "×" + std::to_string(n))}});
-    Require({"4", of, "4e", "transformed", {}, {}, 1e-10, {{"4e", "4.T_has_no_inverse", exploded ? got : MatXX()}}},
+    Require({of, "4e", "transformed", {}, 1e-10, {{"4e", "4.T_has_no_inverse", exploded ? got : MatXX()}}},
             right::OfOtherGauge(C, M, Q, Q_C), got);
   }
 }
@@ -215,9 +215,9 @@ TEST(Stage4, TheExampleOfTheHandout) {
   const MatXX free = (MatXX(2, 2) << 1, -1, -1, 1).finished(), fixed = (MatXX(2, 2) << 0, 0, 0, 4).finished();
   const MatXX I = MatXX::Identity(2, 2), H = 0.25 * free;
   ASSERT_TRUE(FreeCovariance(H, 1).isApprox(free) && FixedCovariance(H, V).isApprox(fixed)) << "the handout is wrong";
-  Require("4", "4.handout_held", fixed, Transformed(free, I, Projection(U, V), Projection(U, V)), Words({"x1", "x2"}));
-  Require("4", "4.handout_set_free", free, Transformed(fixed, I, Projection(U, U), Projection(U, U)),
-          Words({"x1", "x2"}));
+  const Names names = Words({"x1", "x2"});
+  Require({"4.handout_held", {}, {}, names}, fixed, Transformed(free, I, Projection(U, V), Projection(U, V)));
+  Require({"4.handout_set_free", {}, {}, names}, free, Transformed(fixed, I, Projection(U, U), Projection(U, U)));
 }
 
 // ---- all together ---------------------------------------------------------------------------------------------------
@@ -241,9 +241,8 @@ void CheckGauges(GaugeGroup group, int frames, int points, int seed) {
     return Text("4.frames", {{"what", what}, {"system", NameOf(group)}, {"n", Word(frames)}});
   };
   const MatXX H = scene.Hessian(), U = NullSpace(scene, group);
-  Require("4", of("4.I_H_U"), MatXX::Ones(U.rows(), U.cols()),
-          MatXX::Ones(U.rows(), U.cols()) + H * U / H.cwiseAbs().maxCoeff(), names, {}, 1e-9, {}, {},
-          DirectionNames(group));
+  const MatXX ones = MatXX::Ones(U.rows(), U.cols());
+  Require({of("4.I_H_U"), {}, {}, {names, DirectionNames(group)}, 1e-9}, ones, ones + H * U / H.cwiseAbs().maxCoeff());
   const MatXX free = FreeCovariance(H, static_cast<int>(U.cols()));
   const MatXX Q = Projection(U, scene.FirstFrame(group)), Q_free = Projection(U, U);
 
@@ -254,11 +253,13 @@ void CheckGauges(GaugeGroup group, int frames, int points, int seed) {
   const MatXX Q_C = Projection(U_C, V), Q_C_free = Projection(U_C, U_C);
   const MatXX motion = MotionJacobian(scene, yaw);
   ASSERT_GT((free - fixed).norm(), 0.1 * fixed.norm()) << "the scene is too easy: both gauges have one covariance";
-  Require("4", of("4.covariance_held"), fixed, Transformed(free, motion, Q, Q_C), names, {}, kCovarianceTolerance);
+  const auto require = [&](const char* what, const MatXX& right, const MatXX& got) {
+    Require({of(what), {}, {}, names, kCovarianceTolerance}, right, got);
+  };
+  require("4.covariance_held", fixed, Transformed(free, motion, Q, Q_C));
 
   const MatXX back = MotionJacobian(scene, -yaw);
-  Require("4", of("4.covariance_set_free"), free, Transformed(fixed, back, Q_C_free, Q_free), names, {},
-          kCovarianceTolerance);
+  require("4.covariance_set_free", free, Transformed(fixed, back, Q_C_free, Q_free));
 }
 
 TEST(Stage4, FreeAndFixedCovariancesOfACameraWithAnImuAreOne) {

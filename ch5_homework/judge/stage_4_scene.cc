@@ -46,12 +46,6 @@ Names DirectionNames(GaugeGroup group) {
   return names;
 }
 
-Names RowNames(const Vertices& vertices) {
-  Ordering ordering;
-  ordering.poses = vertices;
-  return RowNames(ordering);
-}
-
 Text NameOf(GaugeGroup group) { return group == GaugeGroup::kVisualInertial ? "4.camera_IMU" : "4.camera_alone"; }
 
 MatXX AxesOf(GaugeGroup group) {

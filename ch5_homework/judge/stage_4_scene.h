@@ -23,9 +23,8 @@ struct Motion {
 };
 void MoveAll(const Motion& g, const Vertices& vertices);
 
-/// Columns of U: "x", …, "yaw"; and its rows: "VertexPose 2, δθ.z", the number being the place in the list.
+/// Columns of U: "x", …, "yaw".
 Names DirectionNames(GaugeGroup group);
-Names RowNames(const Vertices& vertices);
 Text NameOf(GaugeGroup group);
 
 /// e_z, or e_z, e_x, e_y, as columns.

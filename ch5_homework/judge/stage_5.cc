@@ -8,24 +8,16 @@
 #include "ch5_homework/judge/ask.h"
 #include "ch5_homework/judge/oracle.h"
 #include "ch5_homework/judge/right/formulas.h"
-#include "ch5_homework/judge/right/opened_term.h"
 
 namespace ch5::homework {
 namespace {
 
 // ---- 5.1 InsertBlock ------------------------------------------------------------------------------------------------
 
-int Rows(const std::vector<std::shared_ptr<Vertex>>& vertices) {
-  int rows = 0;
-  for (const auto& vertex : vertices) rows += vertex->LocalDimension();
-  return rows;
-}
-
 Text After(const char* what, const Text& scene) { return {"5.after_insert", {{"what", Word(what)}, {"scene", scene}}}; }
 
 /// A term over poses and landmarks with random numbers, and one more vertex to come.
-void CheckInsertion(const std::vector<std::shared_ptr<Vertex>>& dense,
-                    const std::vector<std::shared_ptr<Vertex>>& landmarks, const std::shared_ptr<Vertex>& coming,
+void CheckInsertion(const VertexList& dense, const VertexList& landmarks, const std::shared_ptr<Vertex>& coming,
                     const Text& scene) {
   Graph graph;
   for (const auto* vertices : {&dense, &landmarks}) {
@@ -33,26 +25,24 @@ void CheckInsertion(const std::vector<std::shared_ptr<Vertex>>& dense,
   }
   graph.AddVertex(coming);
   const bool is_landmark = coming->GetRole() == Role::kLandmark;
-  Ordering after;  // only for the names of rows
-  after.poses = dense;
-  after.landmarks = landmarks;
-  (is_landmark ? after.landmarks : after.poses).push_back(coming);
+  const Names own = RowNames(VertexList{coming}), of_landmarks = RowNames(landmarks),
+              names = RowNames(dense) + (is_landmark ? of_landmarks + own : own + of_landmarks);
 
   Random random(Seed(31));
-  const int dense_size = Rows(dense), size = dense_size + Rows(landmarks);
+  const int dense_size = RowsOf(dense), size = dense_size + RowsOf(landmarks);
   const MatXX H = RandomPositiveDefinite(size, &random);
   const VecX b0 = RandomMatrix(size, 1, &random);
   const int row = is_landmark ? size : dense_size, dim = coming->LocalDimension();
   const Answer got = Ask(
       "InsertBlock", {{"H", H}, {"b0", b0}, {"dense_size", dense_size}, {"dim", dim}, {"is_landmark", is_landmark}});
   const right::OpenedTerm right(H, b0, row, dim);
-  Require({"5", After("H", scene), "5.1", "H", RowNames(after)}, right.H, got["H"]);
-  Require({"5", After("b0", scene), "5.1", "b0", RowNames(after)}, right.b, got.Vector("b0"));
+  Require({After("H", scene), "5.1", "H", names}, right.H, got["H"]);
+  Require({After("b0", scene), "5.1", "b0", names}, right.b, got.Vector("b0"));
   if (got.Int("dense_size") != dense_size) {
-    Fail({"5", After("dense_size_", scene), Text("5.as_before", {{"size", Word(dense_size)}}),
-          Word(got.Int("dense_size")), "5.dense_size_grows_twice", "5.1"});
+    Fail({After("dense_size_", scene), Text("5.as_before", {{"size", Word(dense_size)}}), Word(got.Int("dense_size")),
+          "5.dense_size_grows_twice", "5.1"});
   }
-  if (got.Int("row") != row) Fail({"5", "5.returns_first_row"});
+  if (got.Int("row") != row) Fail({"5.returns_first_row"});
 }
 
 std::shared_ptr<Vertex> Pose() { return std::make_shared<VertexPose>(); }
@@ -60,8 +50,8 @@ std::shared_ptr<Vertex> Point() { return std::make_shared<VertexPointXYZ>(Vec3(1
 std::shared_ptr<Vertex> Depth() { return std::make_shared<VertexInverseDepth>(0.2); }
 std::shared_ptr<Vertex> SpeedBias() { return std::make_shared<VertexSpeedBias>(); }
 
-std::vector<std::shared_ptr<Vertex>> Poses(int count) {
-  std::vector<std::shared_ptr<Vertex>> poses(static_cast<size_t>(count));
+VertexList Poses(int count) {
+  VertexList poses(static_cast<size_t>(count));
   std::generate(poses.begin(), poses.end(), &Pose);
   return poses;
 }
@@ -90,9 +80,8 @@ TEST(Stage5, InsertsTheFirstBlocks) {
 
 Names NamesOfPoses(int count) {
   Graph graph;
-  Ordering ordering;
-  for (const auto& pose : AddPoses(&graph, count)) ordering.poses.push_back(pose);
-  return RowNames(ordering);
+  AddPoses(&graph, count);
+  return RowNames(graph.Vertices());
 }
 
 // The function's U and b_a.
@@ -115,8 +104,8 @@ void CheckSchur(int poses, int goes, double unit = 1.0) {
   };
   const System got = Eliminated(V, W, b_b, U_before, b_a_before);
   const right::SchurUpdate right(V, W, b_b, U_before, b_a_before);
-  Require({"5", of("U"), "5.2", "*U", NamesOfPoses(poses), {}, 1e-9}, right.U, got.H);
-  Require({"5", of("b_a"), "5.2", "*b_a", NamesOfPoses(poses), {}, 1e-9}, right.b_a, got.b);
+  Require({of("U"), "5.2", "*U", NamesOfPoses(poses), 1e-9}, right.U, got.H);
+  Require({of("b_a"), "5.2", "*b_a", NamesOfPoses(poses), 1e-9}, right.b_a, got.b);
 }
 
 TEST(Stage5, EliminatesADenseBlock) {
@@ -134,7 +123,7 @@ void CheckSingular(const Text& scene, const System& right, const System& got, do
   const auto first = [](const MatXX& U) {
     return Word("U(0, 0) = " + (U.size() > 0 ? Number(U(0, 0)) : std::string("?")));
   };
-  Fail({"5", scene, first(right.H), first(got.H), got.H.allFinite() ? "5.V_no_inverse" : infinite, "5.5 5.2"});
+  Fail({scene, first(right.H), first(got.H), got.H.allFinite() ? "5.V_no_inverse" : infinite, "5.5 5.2"});
 }
 
 // First an eigenvalue that is exactly zero: the inverse of one that is zero to rounding depends on the rounding's sign.
@@ -171,7 +160,7 @@ void CheckSizesAndNumbers(const MatXX& J, const VecX& e0, const MatXX& H, const 
       return Text("5.two_sizes",
                   {{"a", Word(A.rows())}, {"b", Word(A.cols())}, {"c", Word(B.rows())}, {"d", Word(B.cols())}});
     };
-    Fail({"5", Text("5.sizes_J_e0", {{"scene", scene}}), sizes(H, b0), sizes(J, e0),
+    Fail({Text("5.sizes_J_e0", {{"scene", scene}}), sizes(H, b0), sizes(J, e0),
           J.size() == 0 && H.size() > 0 ? Text("matrix.still_empty", {{"variable", Word("J_")}})
           : e0.size() == 0              ? Text("matrix.still_empty", {{"variable", Word("e0_")}})
                                         : "5.sizes_of_J_and_e0",
@@ -180,7 +169,7 @@ void CheckSizesAndNumbers(const MatXX& J, const VecX& e0, const MatXX& H, const 
   const bool finite = J.allFinite() && e0.allFinite();
   if (!finite && !HoldsUnset(J) && !HoldsUnset(e0)) {
     const bool unmeasured_row = (H.diagonal().array() == 0.0).any();
-    Fail({"5", Text("5.J_e0", {{"scene", scene}}), "matrix.finite_numbers", "5.infinity_or_nan",
+    Fail({Text("5.J_e0", {{"scene", scene}}), "matrix.finite_numbers", "5.infinity_or_nan",
           unmeasured_row ? "5.zero_on_the_diagonal" : "5.divided_by_zero_eigenvalue",
           unmeasured_row ? "5.6 5.3" : "5.7 5.3"});
   }
@@ -209,30 +198,25 @@ void CheckUpdate(const MatXX& H, const VecX& b0, const Names& names, const Text&
   };
   const bool far_apart = right.p.maxCoeff() > 1e6 * right.p.minCoeff();
   if (far_apart && Equal(JtJ, scaled(H), 0.1) && !Equal(JtJ, scaled(H), 1e-9)) {  // no eigenvalue of H was cut
-    Fail({"5", Text("5.JTJ_is_H", {{"scene", scene}}), {}, {}, "5.no_scaling", "5.6 5.3"});
+    Fail({Text("5.JTJ_is_H", {{"scene", scene}}), {}, {}, "5.no_scaling", "5.6 5.3"});
   }
-  const VecX eigenvalues = DecomposeScaled(H, p_inverse).S_sqrt;
-  const auto in_JtJ = [&] {
-    std::vector<Mistake> mistakes{CholeskyOfSingular("5.3", "H", eigenvalues, J, JtJ),
-                                  kept("J_", J, J_before, JtJ),
-                                  {"5.6 5.3", "5.diagonal_for_its_root", scaled(GramScaledBy(H, H.diagonal()))},
-                                  {"5.6 5.3", "5.no_scaling", scaled(GramScaledBy(H, VecX::Ones(H.rows())))}};
-    VecX S_sqrt = eigenvalues;  // without the smallest ones
-    for (Eigen::Index k = 0; k + 1 < S_sqrt.size(); ++k) {
-      S_sqrt[k] = 0.0;
-      const MatXX root = S_sqrt.asDiagonal() * DecomposeScaled(H, p_inverse).U.transpose();
-      mistakes.push_back(
-          {"5.7 5.3", {"formula.known_direction_cut", {{"matrix", Word(std::string("H"))}}}, root.transpose() * root});
-    }
-    return mistakes;
-  };
-  const auto in_Jte0 = [&] {
-    const Text of_an_earlier_call("matrix.of_an_earlier_call", {{"variable", Word(std::string("J_pinv_T"))}});
-    return std::vector<Mistake>{kept("e0_", e0, e0_before, Jte0),
-                                {"5.3", of_an_earlier_call, -p_inverse.cwiseProduct(b0) / std::sqrt(5.0)}};
-  };
-  Require({"5", {"5.JTJ_is_H", {{"scene", scene}}}, "5.3", "J_", names, {}, 1e-9, in_JtJ}, right.JtJ, JtJ);
-  Require({"5", {"5.JTe0_is_minus_b0", {{"scene", scene}}}, "5.3", "e0_", names, {}, 1e-7, in_Jte0}, right.Jte0, Jte0);
+  const ScaledEigen eigen = DecomposeScaled(H, p_inverse);
+  Mistakes in_JtJ{CholeskyOfSingular("5.3", "H", eigen.S_sqrt, J, JtJ),
+                  kept("J_", J, J_before, JtJ),
+                  {"5.6 5.3", "5.diagonal_for_its_root", scaled(GramScaledBy(H, H.diagonal()))},
+                  {"5.6 5.3", "5.no_scaling", scaled(GramScaledBy(H, VecX::Ones(H.rows())))}};
+  VecX S_sqrt = eigen.S_sqrt;  // without the smallest ones
+  for (Eigen::Index k = 0; k + 1 < S_sqrt.size(); ++k) {
+    S_sqrt[k] = 0.0;
+    const MatXX root = S_sqrt.asDiagonal() * eigen.U.transpose();
+    in_JtJ.push_back(
+        {"5.7 5.3", {"formula.known_direction_cut", {{"matrix", Word(std::string("H"))}}}, root.transpose() * root});
+  }
+  const Text of_an_earlier_call("matrix.of_an_earlier_call", {{"variable", Word(std::string("J_pinv_T"))}});
+  const Mistakes in_Jte0{kept("e0_", e0, e0_before, Jte0),
+                         {"5.3", of_an_earlier_call, -p_inverse.cwiseProduct(b0) / std::sqrt(5.0)}};
+  Require({{"5.JTJ_is_H", {{"scene", scene}}}, "5.3", "J_", names, 1e-9, in_JtJ}, right.JtJ, JtJ);
+  Require({{"5.JTe0_is_minus_b0", {{"scene", scene}}}, "5.3", "e0_", names, 1e-7, in_Jte0}, right.Jte0, Jte0);
 }
 
 TEST(Stage5, TakesTheRootOfARegularH) {
@@ -278,11 +262,11 @@ void CheckResidual(int n) {
   const Answer got = Ask("Residual", {{"J", J}, {"e0", e0}, {"delta_chi", motions}});
   for (int k = 0; k < 3; ++k) {
     const VecX delta_chi = motions.col(k);
-    const MatXX& e = got["e " + std::to_string(k)];
-    Require({"5", Text("5.e_of", {{"what", "5.random_J_e0"}}), "5.4", "e"}, right::Residual(J, e0, delta_chi), e);
+    const MatXX& e = got[Numbered("e", k)];
+    Require({Text("5.e_of", {{"what", "5.random_J_e0"}}), "5.4", "e"}, right::Residual(J, e0, delta_chi), e);
   }
-  Require("5", Text("5.e_of", {{"what", "5.no_motion"}}), e0, got["e 3"], {}, {{"5.4", "5.e0_missing", VecX::Zero(n)}},
-          1e-10, "5.4");
+  Require({{"5.e_of", {{"what", "5.no_motion"}}}, "5.4", {}, {}, 1e-10, {{"5.4", "5.e0_missing", VecX::Zero(n)}}}, e0,
+          got["e 3"]);
 }
 
 TEST(Stage5, TheResidualMovesWithTheStates) {
@@ -306,9 +290,12 @@ TEST(Stage5, TheWholeTermIsTheDenseSchurComplement) {
   const VecX b = all.b(stay) - H_rm * (H_mm_inverse * all.b(go));
   Names names = RowNames(ordering);
   names = {names.begin() + 6, names.begin() + 18};
-  Require("5", {"5.in_all", {{"what", Word("H")}}}, H, term["H"], names, {}, 1e-8);
-  Require("5", {"5.in_all", {{"what", Word("b0")}}}, b, term.Vector("b0"), names, {}, 1e-8);
-  Require("5", {"5.in_all", {{"what", Word("JᵀJ")}}}, H, term["J"].transpose() * term["J"], names, {}, 1e-8);
+  const auto require = [&](const char* what, const MatXX& right, const MatXX& got) {
+    Require({{"5.in_all", {{"what", Word(what)}}}, {}, {}, names, 1e-8}, right, got);
+  };
+  require("H", H, term["H"]);
+  require("b0", b, term.Vector("b0"));
+  require("JᵀJ", H, term["J"].transpose() * term["J"]);
 }
 
 }  // namespace

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include "ch5_homework/judge/right/assembly.h"
-#include "ch5_homework/judge/right/numbering.h"
 #include "ch5_homework/judge/stage_6_scene.h"
 
 namespace ch5::homework {
@@ -28,7 +27,7 @@ struct Evaluated {
     const MatXX rows = answer.Sized("blocks", 3, answer["blocks"].cols());
     for (int k = 0; k < rows.cols(); ++k) {
       const VecX one = rows.col(k);
-      blocks.push_back({Whole(one[0]), Whole(one[2]), scene->At(one[1]), answer.Vector("x0 " + std::to_string(k))});
+      blocks.push_back({Whole(one[0]), Whole(one[2]), scene->At(one[1]), answer.Vector(Numbered("x0", k))});
     }
     fresh = answer.Sized("fresh", static_cast<Eigen::Index>(scene->factors.size()), 1);
     keep = answer.Vector("keep");
@@ -47,7 +46,7 @@ TEST(Stage6, RemembersTheFreeBlocks) {
   const bool misplaced = has([](const Block& block) { return block.vertex->Id() != block.id; });
   if (misplaced || got != right) {
     const bool with_fixed = has([&](const Block& block) { return block.id == scene.fixed->Id(); });
-    Fail({"6", "6.blocks_remembered", Word(right), got.empty() ? "6.none" : Word(got),
+    Fail({"6.blocks_remembered", Word(right), got.empty() ? "6.none" : Word(got),
           blocks.empty() ? "6.no_vertex_remembered"
           : misplaced    ? "6.block_under_wrong_id"
           : with_fixed   ? "6.fixed_vertex_no_columns"
@@ -57,7 +56,7 @@ TEST(Stage6, RemembersTheFreeBlocks) {
   for (const Block& block : blocks) {
     const VecX x = block.vertex->Parameters();
     if (Equal(block.x0, x, 0.0)) continue;
-    Fail({"6", Text("6.remembered_state", {{"vertex", Word(block.vertex->Name())}}),
+    Fail({Text("6.remembered_state", {{"vertex", Word(block.vertex->Name())}}),
           Text("6.numbers_parameters", {{"n", Word(x.size())}}),
           block.x0.size() == x.size() ? "6.other_numbers" : Text("6.numbers", {{"n", Word(block.x0.size())}}),
           "6.x0_is_parameters", "6a"});
@@ -69,8 +68,8 @@ TEST(Stage6, EvaluatesEachResidual) {
   const Evaluated evaluated(&scene, 1);
   for (size_t k = 0; k < scene.factors.size(); ++k) {
     if (evaluated.fresh[static_cast<Eigen::Index>(k)] == 1.0) continue;
-    Fail({"6", Text("6.residual_evaluated", {{"edge", Word(scene.factors[k].edge->TypeInfo())}}),
-          "6.r_J_present_states", "6.those_older_state", "6.edge_linearize", "6a"});
+    Fail({Text("6.residual_evaluated", {{"edge", Word(scene.factors[k].edge->TypeInfo())}}), "6.r_J_present_states",
+          "6.those_older_state", "6.edge_linearize", "6a"});
   }
 }
 
@@ -85,7 +84,7 @@ right::Numbering NumberingOf(const FactorScene& scene, const std::vector<bool>& 
 }
 
 // The right numbering of other blocks.
-std::vector<Mistake> WrongBlocks(const FactorScene& scene, const VecX& got) {
+Mistakes WrongBlocks(const FactorScene& scene, const VecX& got) {
   const size_t n = scene.free.size();
   std::vector<bool> at_positions(n), first(n);  // ids that happen to be positions; the blocks numbered as dropped
   for (size_t k = 0; k < n; ++k) {
@@ -102,12 +101,31 @@ std::vector<Mistake> WrongBlocks(const FactorScene& scene, const VecX& got) {
           {"6a", "6.other_blocks_dropped", of(first)}};
 }
 
+void CheckKeep(const FactorScene& scene, const Evaluated& evaluated) {
+  std::vector<int> right, got;
+  for (const auto& vertex : scene.Kept()) right.push_back(vertex->Id());
+  for (const double id : evaluated.keep) got.push_back(Whole(id));
+  if (got == right) return;
+  std::vector<int> first_rows;
+  for (const Block& block : evaluated.blocks) {
+    if (std::count(right.begin(), right.end(), block.id) > 0) first_rows.push_back(block.idx);
+  }
+  Fail({"6.keep", Text("6.ids_order_rows", {{"ids", Word(Join(right))}}), Word(Join(got)),
+        got.empty()                                                               ? "6.keep_push_back"
+        : got == first_rows                                                       ? "6.keep_holds_rows"
+        : got.size() == scene.free.size()                                         ? "6.keep_holds_dropped_blocks_ids"
+        : got.size() < right.size()                                               ? "6.keep_holds_other_ids"
+        : std::is_permutation(got.begin(), got.end(), right.begin(), right.end()) ? "6.keep_in_another_order"
+                                                                                  : "6.keep_holds_ids_twice",
+        "6b"});
+}
+
 TEST(Stage6, NumbersTheDroppedBlocksFirst) {
   FactorScene scene;
   for (const int times : {1, 2}) {  // the second time finds the numbers of the first
     const Evaluated evaluated(&scene, times);
     const auto& blocks = evaluated.blocks;
-    if (blocks.size() != scene.free.size()) Fail({"6", "6.number_of_blocks"});
+    if (blocks.size() != scene.free.size()) Fail({"6.number_of_blocks"});
     VecX rows(blocks.size() + 2);
     std::vector<bool> dropped;
     Names names;
@@ -121,26 +139,9 @@ TEST(Stage6, NumbersTheDroppedBlocksFirst) {
     rows.tail<2>() << evaluated.m, evaluated.n;
     names.push_back(Word("m_"));
     names.push_back(Word("n_"));
-    const auto otherwise = [&] { return WrongBlocks(scene, rows); };
-    Require({"6", "6.first_rows_blocks", "6b", {}, names, {}, 1e-12, {}, otherwise}, NumberingOf(scene, dropped).rows,
-            rows);
-    std::vector<int> right, got;
-    for (const auto& vertex : scene.Kept()) right.push_back(vertex->Id());
-    for (const double id : evaluated.keep) got.push_back(Whole(id));
-    if (got != right) {
-      std::vector<int> first_rows;
-      for (const Block& block : blocks) {
-        if (std::count(right.begin(), right.end(), block.id) > 0) first_rows.push_back(block.idx);
-      }
-      Fail({"6", "6.keep", Text("6.ids_order_rows", {{"ids", Word(Join(right))}}), Word(Join(got)),
-            got.empty()                       ? "6.keep_push_back"
-            : got == first_rows               ? "6.keep_holds_rows"
-            : got.size() == scene.free.size() ? "6.keep_holds_dropped_blocks_ids"
-            : got.size() < right.size()       ? "6.keep_holds_other_ids"
-            : std::is_permutation(got.begin(), got.end(), right.begin(), right.end()) ? "6.keep_in_another_order"
-                                                                                      : "6.keep_holds_ids_twice",
-            "6b"});
-    }
+    Require({"6.first_rows_blocks", "6b", {}, names, 1e-12, {}, WrongBlocks(scene, rows)},
+            NumberingOf(scene, dropped).rows, rows);
+    CheckKeep(scene, evaluated);
   }
 }
 
@@ -153,8 +154,8 @@ void CheckA(FactorScene::Kind kind, const Text& what) {
   loop.row_of = [&](const Edge& edge, size_t k) { return scene.RowOf(*edge.Vertices()[k]); };
   const right::AssembledSystem right(loop);
   const Names names = scene.RowNames();
-  Require({"6", {"scene.b_of", {{"what", what}}}, "6c", "b_", names}, right.b, got["b"]);
-  Require({"6", {"6.A_of", {{"what", what}}}, "6c", "A_", names}, right.H, got["A"]);
+  Require({{"scene.b_of", {{"what", what}}}, "6c", "b_", names}, right.b, got["b"]);
+  Require({{"6.A_of", {{"what", what}}}, "6c", "A_", names}, right.H, got["A"]);
 }
 
 TEST(Stage6, AOfOneResidual) { CheckA(FactorScene::kOneEdge, "6.one_residual_between_two_poses"); }

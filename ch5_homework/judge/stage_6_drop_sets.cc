@@ -50,7 +50,7 @@ TEST(Stage6, MarginOldTakesTheOldestFrameAndWhatItHosts) {
   if (Same(drop, right)) return;
   Text cause = CauseOfVertices(window, drop);
   if (cause.empty()) cause = CauseOfEdges(drop, right);
-  Fail({"6", "6.margin_old_full_window", Inventory(right), Inventory(drop), cause, "6g"});
+  Fail({"6.margin_old_full_window", Inventory(right), Inventory(drop), cause, "6g"});
 }
 
 TEST(Stage6, MarginOldWithoutAPrior) {
@@ -58,7 +58,7 @@ TEST(Stage6, MarginOldWithoutAPrior) {
   const Window& window = scene.window;
   const DropSet drop = AskForDropSet(&scene, MarginalizationFlag::kOld), right = RightMarginOld(window);
   if (Same(drop, right)) return;
-  Fail({"6", "6.margin_old_without_prior", Inventory(right), Inventory(drop), "6.without_prior_one_edge_less", "6g"});
+  Fail({"6.margin_old_without_prior", Inventory(right), Inventory(drop), "6.without_prior_one_edge_less", "6g"});
 }
 
 Text CauseOfSecondNew(const Window& window, const DropSet& drop) {
@@ -85,7 +85,7 @@ TEST(Stage6, MarginSecondNewTakesOnePoseFromThePrior) {
     const DropSet right{{window.prior}, {window.frames[window.frames.size() - 2].pose}};
     const DropSet drop = AskForDropSet(&scene, MarginalizationFlag::kSecondNew);
     if (Same(drop, right)) continue;
-    Fail({"6", "6.margin_second_new", Inventory(right), Inventory(drop), CauseOfSecondNew(window, drop), "6h"});
+    Fail({"6.margin_second_new", Inventory(right), Inventory(drop), CauseOfSecondNew(window, drop), "6h"});
   }
 }
 
@@ -94,14 +94,14 @@ TEST(Stage6, MarginSecondNewRestsWithoutAPriorOnThatPose) {
   WindowScene full("full window");
   const DropSet something = AskForDropSet(&full, MarginalizationFlag::kSecondNew);
   if (something.edges.empty()) {
-    Fail({"6", "6.margin_second_new", Inventory({{full.window.prior}, {full.window.frames[9].pose}}),
-          Inventory(something), "6.prior_holds_pose", "6h"});
+    Fail({"6.margin_second_new", Inventory({{full.window.prior}, {full.window.frames[9].pose}}), Inventory(something),
+          "6.prior_holds_pose", "6h"});
   }
   for (const bool with_prior : {true, false}) {
     WindowScene scene(with_prior ? "full window, other prior" : "full window without prior");
     const DropSet drop = AskForDropSet(&scene, MarginalizationFlag::kSecondNew);
     if (drop.edges.empty()) continue;
-    Fail({"6", with_prior ? "6.margin_second_new_prior_elsewhere" : "6.margin_second_new_without_prior",
+    Fail({with_prior ? "6.margin_second_new_prior_elsewhere" : "6.margin_second_new_without_prior",
           "6.nothing_marginalize", Inventory(drop),
           with_prior ? "6.ask_first_whether_prior_holds_pose" : "6.ask_first_whether_prior", "6h"});
   }

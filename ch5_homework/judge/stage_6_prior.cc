@@ -14,20 +14,19 @@ namespace {
 // Where eigenvectors are unit vectors, the cut alone is looked at: slips elsewhere would give its answer by chance.
 void RequireOf(const MatXX& decomposed, const Check& check, const formula::Formula& right, const MatXX& got) {
   if (!decomposed.isDiagonal()) return Require(check, right, got);
-  Require(check.stage, check.what, Value(right.right), got, {}, check.mistakes, check.tolerance, check.todo,
-          check.variable);
+  Require(check, Value(right.right), got);
 }
 
 void CheckSchur(const MatXX& A, const VecX& b, int m, const Text& where) {
   const Answer kept = Ask("MarginalizationInfo::SchurComplement", {{"A", A}, {"b", b}, {"m", m}});
   const auto of = [&](const char* what) { return Text("6.quantity_of", {{"quantity", Word(what)}, {"what", where}}); };
   if (!kept["A"].allFinite() && !HoldsUnset(kept["A"])) {
-    Fail({"6", of("A_r"), "matrix.finite_numbers", "6.infinite_ones", "6.cut_missing", "6d"});
+    Fail({of("A_r"), "matrix.finite_numbers", "6.infinite_ones", "6.cut_missing", "6d"});
   }
   const right::KeptRows right(A, b, m);
   const MatXX A_mm = A.topLeftCorner(m, m);
-  RequireOf(A_mm, {"6", of("A_r"), "6d", "kept.A", {}, {}, 1e-8}, right.A_r, kept["A"]);
-  RequireOf(A_mm, {"6", of("b_r"), "6d", "kept.b", {}, {}, 1e-8}, right.b_r, kept.Vector("b"));
+  RequireOf(A_mm, {of("A_r"), "6d", "kept.A", {}, 1e-8}, right.A_r, kept["A"]);
+  RequireOf(A_mm, {of("b_r"), "6d", "kept.b", {}, 1e-8}, right.b_r, kept.Vector("b"));
 }
 
 TEST(Stage6, SchurComplementOfTheDroppedRows) {
@@ -73,7 +72,7 @@ TEST(Stage6, SchurComplementWithUnknownDepths) {
 
 void CheckSizes(const MatXX& A, const MatXX& J, const VecX& r0, const Text& what) {
   if (J.cols() == A.rows() && r0.size() == J.rows()) return;
-  Fail({"6", Text("6.sizes_J_r0", {{"what", what}}), Text("6.J_columns", {{"n", Word(A.rows())}}),
+  Fail({Text("6.sizes_J_r0", {{"what", what}}), Text("6.J_columns", {{"n", Word(A.rows())}}),
         Text("6.J_r0",
              {{"size", Word(std::to_string(J.rows()) + "×" + std::to_string(J.cols()))}, {"n", Word(r0.size())}}),
         J.size() == 0    ? Text("matrix.still_empty", {{"variable", Word("linearized_jacobians_")}})
@@ -93,22 +92,19 @@ void CheckFactor(const MatXX& A, const VecX& b, const Text& what) {
   CheckSizes(A, J, r0, what);
   const right::Factored right(A, b);
   const MatXX JtJ = J.transpose() * J;
-  Require({"6",
-           must_be("JᵀJ", "A_r"),
+  Require({must_be("JᵀJ", "A_r"),
            "6e",
            "linearized_jacobians_",
            {},
-           {},
            1e-9,
-           [&] { return std::vector{CholeskyOfSingular("6e", "A_r", right.eigenvalues, J, JtJ)}; }},
+           {CholeskyOfSingular("6e", "A_r", right.eigenvalues, J, JtJ)}},
           right.JtJ, JtJ);
   if (!r0.allFinite() && !HoldsUnset(r0)) {
-    Fail({"6", of("r₀"), "matrix.finite_numbers", "6.infinite_ones", "6.divided_by_zero_eigenvalue", "6e"});
+    Fail({of("r₀"), "matrix.finite_numbers", "6.infinite_ones", "6.divided_by_zero_eigenvalue", "6e"});
   }
-  RequireOf(A, {"6", must_be("Jᵀr₀", "b_r"), "6e", "linearized_residuals_", {}, {}, 1e-8}, right.Jtr0,
-            J.transpose() * r0);
+  RequireOf(A, {must_be("Jᵀr₀", "b_r"), "6e", "linearized_residuals_", {}, 1e-8}, right.Jtr0, J.transpose() * r0);
   if (std::abs(r0.squaredNorm() - right.cost) > 1e-8 * right.cost) {
-    Fail({"6", of("r₀ᵀr₀"), Word(right.cost), Word(r0.squaredNorm()), "6.eigenvalues_up_kEps_count_r0", "6e"});
+    Fail({of("r₀ᵀr₀"), Word(right.cost), Word(r0.squaredNorm()), "6.eigenvalues_up_kEps_count_r0", "6e"});
   }
 }
 
@@ -150,18 +146,18 @@ TEST(Stage6, PriorStandsOnTheShiftedBlocks) {
   auto right = kept;
   right[0] = taker;
   if (got != right) {
-    Fail({"6", Text("6.priors_vertices", {{"taker", Word(taker->Name())}, {"vertex", Word(kept[0]->Name())}}),
+    Fail({Text("6.priors_vertices", {{"taker", Word(taker->Name())}, {"vertex", Word(kept[0]->Name())}}),
           Text("6.vertices_one_first", {{"n", Word(right.size())}}),
           got == kept ? "6.vertices_before_shift" : Text("6.others", {{"n", Word(got.size())}}),
           got == kept ? "6.shift_forgotten" : "6.unshifted_stays", "6f"});
   }
   for (size_t k = 0; k < kept.size(); ++k) {
-    const std::string name = "x0 " + std::to_string(k);
+    const std::string name = Numbered("x0", k);
     const bool is_there = prior.Has(name);
     const VecX point = is_there ? prior.Vector(name) : VecX();
     if (Equal(point, x0[kept[k]->Id()], 1e-12)) continue;
     const bool now = Equal(point, kept[k]->Parameters(), 1e-12) || Equal(point, right[k]->Parameters(), 1e-12);
-    Fail({"6", Text("6.linearization_point", {{"vertex", Word(kept[k]->Name())}}), "6.parameters_premarginalize",
+    Fail({Text("6.linearization_point", {{"vertex", Word(kept[k]->Name())}}), "6.parameters_premarginalize",
           !is_there ? "6.nothing"
           : now     ? "6.parameters_now"
                     : "6.other_numbers",
@@ -179,8 +175,11 @@ TEST(Stage6, EqualsADenseSchurComplement) {
   if (r0.size() != J.rows()) throw WireError("J and r0 do not fit together");
   const System right = scene.Right();
   const right::KeptRows kept(right.H, right.b, scene.DimDropped());
-  Require("6", {"6.of_prior", {{"quantity", Word("JᵀJ")}}}, Value(kept.A_r.right), J.transpose() * J, {}, {}, 1e-8);
-  Require("6", {"6.of_prior", {{"quantity", Word("Jᵀr₀")}}}, Value(kept.b_r.right), J.transpose() * r0, {}, {}, 1e-8);
+  const auto require = [](const char* quantity, const formula::Formula& formula, const MatXX& got) {
+    Require({{"6.of_prior", {{"quantity", Word(quantity)}}}, {}, {}, {}, 1e-8}, Value(formula.right), got);
+  };
+  require("JᵀJ", kept.A_r, J.transpose() * J);
+  require("Jᵀr₀", kept.b_r, J.transpose() * r0);
 }
 
 }  // namespace

@@ -30,7 +30,7 @@ class FactorScene : public FactorGraph {
 
   std::vector<std::shared_ptr<Vertex>> Dropped() const { return Select(true); }
   std::vector<std::shared_ptr<Vertex>> Kept() const { return Select(false); }
-  int DimDropped() const { return SizeOf(Dropped()); }
+  int DimDropped() const { return RowsOf(Dropped()); }
 
   /// The dropped rows first.
   int RowOf(const Vertex& vertex) const {
@@ -47,17 +47,12 @@ class FactorScene : public FactorGraph {
   System Right() {
     for (const auto& factor : factors) factor.edge->Linearize();
     const System system =
-        StackedNormalEquations(Edges(), SizeOf(free), [this](const Vertex& vertex) { return RowOf(vertex); });
+        StackedNormalEquations(Edges(), RowsOf(free), [this](const Vertex& vertex) { return RowOf(vertex); });
     return {system.H, -system.b};
   }
 
   /// What each row of A belongs to: the dropped blocks first.
-  Names RowNames() const {
-    Ordering rows;  // only for the names
-    rows.poses = Dropped();
-    rows.landmarks = Kept();
-    return homework::RowNames(rows);
-  }
+  Names RowNames() const { return homework::RowNames(Dropped()) + homework::RowNames(Kept()); }
 
  private:
   std::vector<std::shared_ptr<Vertex>> Select(bool dropped) const {
@@ -67,11 +62,6 @@ class FactorScene : public FactorGraph {
         selected.push_back(vertex);
     }
     return selected;
-  }
-  static int SizeOf(const std::vector<std::shared_ptr<Vertex>>& vertices) {
-    int size = 0;
-    for (const auto& vertex : vertices) size += vertex->LocalDimension();
-    return size;
   }
 };
 

@@ -35,15 +35,16 @@ struct Slid {
   std::map<int, std::vector<int>> seen;  // by track, the frames
   std::map<int, double> inverse_depths;  // likewise, of those that have one
 
-  explicit Slid(const Answer& answer, const std::string& of = "") {
-    const MatXX all = answer.Sized(of + "frames", 6, answer[of + "frames"].cols());
+  explicit Slid(const Answer& answer, const std::string& number = "") {
+    const auto table = [&](const char* name, Eigen::Index rows) {
+      return answer.Sized(name + number, rows, answer[name + number].cols());
+    };
+    const MatXX all = table("frames", 6), pairs = table("seen", 2), depths = table("depths", 2);
     for (Eigen::Index k = 0; k < all.cols(); ++k) {
       frames.push_back(Whole(all(0, k)));
       has_imu.push_back(all(1, k) != 0.0);
       imu.push_back({all(2, k), all.col(k).tail<3>()});
     }
-    const MatXX pairs = answer.Sized(of + "seen", 2, answer[of + "seen"].cols()),
-                depths = answer.Sized(of + "depths", 2, answer[of + "depths"].cols());
     for (Eigen::Index k = 0; k < pairs.cols(); ++k) seen[Whole(pairs(0, k))].push_back(Whole(pairs(1, k)));
     for (Eigen::Index k = 0; k < depths.cols(); ++k) inverse_depths[Whole(depths(0, k))] = depths(1, k);
   }
@@ -74,17 +75,18 @@ void CheckFrames(const Window& window, const Slid& after, size_t gone, const cha
   const std::vector<int> before = IdsOf(window);
   const std::string right = Positions(before, gone), got = Positions(after.frames, after.frames.size());
   if (got == right) return;
-  Text cause = "6.another_frame_left";
-  if (after.frames.size() == before.size()) cause = "6.no_frame_left";
-  if (after.frames.size() + 1 < before.size()) cause = "6.more_one_frame_left";
-  if (got == Positions(before, before.size() - 1)) {
-    cause = "6.newest_frame_left";
+  const size_t n = before.size();
+  Text cause = after.frames.size() == n      ? "6.no_frame_left"
+               : after.frames.size() + 1 < n ? "6.more_one_frame_left"
+                                             : "6.another_frame_left";
+  for (const auto& [left, that] : {std::pair{n - 1, "6.newest_frame_left"},
+                                   {0, "6.oldest_frame_left"},
+                                   {n - 2, "6.second_newest_left"},
+                                   {n - 3, "6.third_newest_left"},
+                                   {1, "6.second_oldest_left"}}) {
+    if (got == Positions(before, left)) cause = that;
   }
-  if (got == Positions(before, 0)) cause = "6.oldest_frame_left";
-  if (got == Positions(before, before.size() - 2)) cause = "6.second_newest_left";
-  if (got == Positions(before, before.size() - 3)) cause = "6.third_newest_left";
-  if (got == Positions(before, 1)) cause = "6.second_oldest_left";
-  Fail({"6", AfterSlide("6.the_frames", flag), Word(right), Word(got), cause, "6i"});
+  Fail({AfterSlide("6.the_frames", flag), Word(right), Word(got), cause, "6i"});
 }
 
 Transform CameraOf(const Window& window, int frame) {
@@ -129,7 +131,7 @@ void CheckLandmarks(const Window& before, const Slid& after, size_t gone, const 
         return frames.empty() ? "6.erased" : Text("6.seen_frames", {{"frames", Word(Join(frames))}});
       };
       const bool still = std::count(got.begin(), got.end(), left - kFirstId) > 0;
-      Fail({"6", AfterSlide(name, flag), text(right), text(got),
+      Fail({AfterSlide(name, flag), text(right), text(got),
             still && got.size() == right.size() ? "6.other_frame_forgotten"
             : still                             ? "6.observation_left_behind"
             : got.empty()                       ? "6.thrown_away"
@@ -144,7 +146,7 @@ void CheckLandmarks(const Window& before, const Slid& after, size_t gone, const 
     const double got_depth = 1.0 / (inverse_depth == after.inverse_depths.end() ? 0.0 : inverse_depth->second);
     if (std::abs(got_depth - depth) < 1e-9 * depth) continue;
     const auto [cause, todo] = CauseOfDepth(T_W_C, p_W, 1.0 / landmark.inverse_depth->InverseDepth(), depth, got_depth);
-    Fail({"6", AfterSlide({"6.depth", {{"landmark", name}}}, flag), Word(Number(depth) + " m"),
+    Fail({AfterSlide({"6.depth", {{"landmark", name}}}, flag), Word(Number(depth) + " m"),
           Word(Number(got_depth) + " m"), cause, todo});
   }
 }
@@ -171,7 +173,7 @@ void CheckImu(const Window& before, const Slid& after, size_t gone, const char* 
     } else if (gone == 0 && k == 1 && std::abs(got.seconds - right.seconds) > 1e-9) {
       cause = "6.MARGIN_OLD_merges_nothing";
     }
-    Fail({"6", AfterSlide({"6.IMU_before_frame", {{"k", Word(k)}}}, flag), Word(Number(right.seconds) + " s"),
+    Fail({AfterSlide({"6.IMU_before_frame", {{"k", Word(k)}}}, flag), Word(Number(right.seconds) + " s"),
           Word(Number(got.seconds) + " s"), cause, "6i"});
   }
 }
@@ -272,7 +274,7 @@ TEST(Stage6, FailuresAtTheirThresholds) {
       const bool another = (got == Failure::kAccelerometerBias && c.b_a < 1.0) ||
                            (got == Failure::kGyroscopeBias && c.b_g < 0.5) ||
                            (got == Failure::kPositionJump && c.step.norm() < 1.0);
-      Fail({"6", Text("6.detect_failure", {{"what", tracks ? c.what : Text("6.no_tracks", {{"what", c.what}})}}),
+      Fail({Text("6.detect_failure", {{"what", tracks ? c.what : Text("6.no_tracks", {{"what", c.what}})}}),
             NameOf(c.right), NameOf(got),
             not_the_height       ? Text("6.height_is_z", {{"z", Word(c.step.z())}})
             : unusual && another ? Text("6.another_quantity_compared")
@@ -302,15 +304,18 @@ void SlideRightly(MarginalizationFlag flag, Window* window) {
 }
 
 // The prior on the vertices that the submission's is on; what it says is compared.
-void CheckPrior(const Answer& answer, const std::string& of, const MarginalSystem& right, WindowScene* scene) {
-  if (At<Vertex>(answer.Vector(of + "prior"), scene->Vertices(), nullptr) != right.kept) {
-    Fail({"6", "6.prior_on_other_vertices"});
+void CheckPrior(const Answer& answer, const std::string& number, const MarginalSystem& right, WindowScene* scene) {
+  if (At<Vertex>(answer.Vector("prior" + number), scene->Vertices(), nullptr) != right.kept) {
+    Fail({"6.prior_on_other_vertices"});
   }
-  const MatXX& J = answer[of + "J"];
-  const VecX r0 = answer.Vector(of + "r0");
+  const MatXX& J = answer["J" + number];
+  const VecX r0 = answer.Vector("r0" + number);
   if (r0.size() != J.rows()) throw WireError("J and r0 do not fit together");
-  Require("6", {"6.of_sliding_prior", {{"quantity", Word("JᵀJ")}}}, right.H, J.transpose() * J, {}, {}, 1e-5);
-  Require("6", {"6.of_sliding_prior", {{"quantity", Word("−Jᵀr₀")}}}, right.b, -J.transpose() * r0, {}, {}, 1e-5);
+  const auto require = [](const char* quantity, const MatXX& meant, const MatXX& got) {
+    Require({{"6.of_sliding_prior", {{"quantity", Word(quantity)}}}, {}, {}, {}, 1e-5}, meant, got);
+  };
+  require("JᵀJ", right.H, J.transpose() * J);
+  require("−Jᵀr₀", right.b, -J.transpose() * r0);
 }
 
 // Two windows slide side by side, the submission's and one that is right, and are compared after each step.
@@ -325,22 +330,22 @@ TEST(Stage6, TheWindowSlidesAgainAndAgain) {
   std::transform(flags.begin(), flags.end(), numbers.data(), [](Flag flag) { return static_cast<double>(flag); });
   const Answer answer = Ask("SlideRepeatedly", scene, {{"flags", numbers}});
   for (size_t k = 0; k < flags.size(); ++k) {
-    const std::string of = std::to_string(k) + " ";
+    const std::string number = Numbered("", k);
     scene.Step();
-    const DropSet right = RightDropSet(flags[k], window), drop = DropSetIn(answer, &scene, of);
+    const DropSet right = RightDropSet(flags[k], window), drop = DropSetIn(answer, &scene, number);
     if (!Same(drop, right)) {
-      Fail({"6", {"6.drop_set_window_slid", {{"set", Inventory(drop)}}}});
+      Fail({{"6.drop_set_window_slid", {{"set", Inventory(drop)}}}});
     }
     if (!drop.edges.empty()) {
-      CheckPrior(answer, of, EliminateVertices(right.edges, right.vertices), &scene);
+      CheckPrior(answer, number, EliminateVertices(right.edges, right.vertices), &scene);
       window.prior = std::make_shared<EdgePrior>(Marginalize(right.edges, right.vertices));
     }
-    const Slid slid(answer, of);
-    if (slid.frames.size() != 5u) Fail({"6", "6.window_not_keep_size"});
+    const Slid slid(answer, number);
+    if (slid.frames.size() != 5u) Fail({"6.window_not_keep_size"});
     for (const auto& [id, frames] : slid.seen) {
       for (const int frame : frames) {
         if (std::count(slid.frames.begin(), slid.frames.end(), frame) > 0) continue;
-        Fail({"6", {"6.gone_frame_sees_landmark", {{"n", Word(id)}}}});
+        Fail({{"6.gone_frame_sees_landmark", {{"n", Word(id)}}}});
       }
     }
     CheckSlid(window, slid, flags[k]);

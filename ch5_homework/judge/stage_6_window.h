@@ -38,11 +38,11 @@ std::vector<std::shared_ptr<T>> At(const VecX& places, const std::vector<std::sh
   return items;
 }
 
-/// A drop set of the submission's; the names of its places begin with `of`.
-inline DropSet DropSetIn(const Answer& answer, WindowScene* scene, const std::string& of = "") {
+/// A drop set of the submission's.  @param number  behind the names of its places
+inline DropSet DropSetIn(const Answer& answer, WindowScene* scene, const std::string& number = "") {
   const std::shared_ptr<Vertex> vertex = std::make_shared<VertexScalar>(VertexScalar::Estimate(0.0));
-  return {At<Edge>(answer.Vector(of + "edges"), scene->Edges(), std::make_shared<ForeignEdge>()),
-          At<Vertex>(answer.Vector(of + "vertices"), scene->Vertices(), vertex)};
+  return {At<Edge>(answer.Vector("edges" + number), scene->Edges(), std::make_shared<ForeignEdge>()),
+          At<Vertex>(answer.Vector("vertices" + number), scene->Vertices(), vertex)};
 }
 inline DropSet AskForDropSet(WindowScene* scene, MarginalizationFlag flag) {
   return DropSetIn(Ask("DropSet", *scene, {{"flag", flag}}), scene);

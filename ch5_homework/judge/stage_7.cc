@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <functional>
 #include <map>
+#include <numeric>
 #include <set>
 
 #include "ch5_homework/judge/ask.h"
@@ -58,69 +59,58 @@ Pattern PairsOf(const std::vector<std::vector<int>>& groups, const Keep& keep) {
 
 bool IsLower(int i, int j) { return i >= j; }
 
-// Whether the blocks are just those of some landmarks, though not of all.
-bool LandmarksLeftOut(const Pattern& got, const Groups& groups, Pattern pattern) {
-  for (const auto& group : groups.of_landmarks) {
-    const Pattern own = PairsOf({group}, IsLower);
-    if (std::includes(got.begin(), got.end(), own.begin(), own.end())) pattern.insert(own.begin(), own.end());
-  }
-  return got == pattern;
-}
+struct WrongPattern {
+  Text cause;
+  Pattern pattern;  ///< beside the blocks of H_pp
+};
 
-Text CauseOf(const Pattern& got, const Groups& groups, int poses) {
-  const Pattern H_pp = PairsOf(groups.of_edges, IsLower);
-  const auto is_H_pp_and = [&](Pattern pattern) {
-    pattern.insert(H_pp.begin(), H_pp.end());
-    return got == pattern;
-  };
-  std::vector<int> all;
-  for (int i = 0; i < poses; ++i) all.push_back(i);
-  if (got == H_pp) return "7.only_blocks_H_pp";
-  if (is_H_pp_and(PairsOf({all}, IsLower))) {
-    return "7.S_full";
-  }
-  if (is_H_pp_and(PairsOf(groups.of_landmarks, [](int i, int j) { return i <= j; }))) {
-    return "7.wrong_half_stored";
-  }
-  if (is_H_pp_and(PairsOf(groups.of_landmarks, [](int, int) { return true; }))) {
-    return "7.both_halves_stored";
-  }
-  std::vector<int> positions;  // in the longest of the landmarks' lists
+std::vector<WrongPattern> TypicalPatterns(const Groups& groups, int poses) {
+  size_t longest = 0;  // of the landmarks' lists
   for (const auto& group : groups.of_landmarks) {
-    const auto length = std::set<int>(group.begin(), group.end()).size();
-    while (positions.size() < length) positions.push_back(static_cast<int>(positions.size()));
+    longest = std::max(longest, std::set<int>(group.begin(), group.end()).size());
   }
-  if (is_H_pp_and(PairsOf({positions}, IsLower))) {
-    return "7.positions_for_numbers";
-  }
-  const auto chain = [&](const auto& partner) {
+  std::vector<int> all(static_cast<size_t>(poses));
+  std::iota(all.begin(), all.end(), 0);
+  const std::vector<int> positions(all.begin(), all.begin() + static_cast<ptrdiff_t>(longest));
+  const auto with = [&](const auto& partner) {
     std::vector<std::vector<int>> pairs;
     for (const auto& group : groups.of_landmarks) {
       for (size_t k = 0; k < group.size(); ++k) pairs.push_back({group[k], partner(group, k)});
     }
     return PairsOf(pairs, IsLower);
   };
-  if (is_H_pp_and(chain([](const auto& group, size_t k) { return group[std::max<size_t>(k, 1) - 1]; }))) {
-    return "7.only_neighbors_tied";
+  return {
+      {"7.only_blocks_H_pp", {}},
+      {"7.S_full", PairsOf({all}, IsLower)},
+      {"7.wrong_half_stored", PairsOf(groups.of_landmarks, [](int i, int j) { return i <= j; })},
+      {"7.both_halves_stored", PairsOf(groups.of_landmarks, [](int, int) { return true; })},
+      {"7.positions_for_numbers", PairsOf({positions}, IsLower)},
+      {"7.only_neighbors_tied", with([](const auto& group, size_t k) { return group[std::max<size_t>(k, 1) - 1]; })},
+      {"7.only_one_pose_tied", with([](const auto& group, size_t) { return group.front(); })},
+      {"7.only_one_pose_tied", with([](const auto& group, size_t) { return group.back(); })}};
+}
+
+Text CauseOf(const Pattern& got, const Groups& groups, int poses) {
+  const Pattern H_pp = PairsOf(groups.of_edges, IsLower);
+  std::vector<WrongPattern> wrong = TypicalPatterns(groups, poses);
+  Pattern of_some;  // of the landmarks all of whose blocks are there
+  for (const auto& group : groups.of_landmarks) {
+    const Pattern own = PairsOf({group}, IsLower);
+    if (std::includes(got.begin(), got.end(), own.begin(), own.end())) of_some.insert(own.begin(), own.end());
   }
-  if (is_H_pp_and(chain([](const auto& group, size_t) { return group.front(); })) ||
-      is_H_pp_and(chain([](const auto& group, size_t) { return group.back(); }))) {
-    return "7.only_one_pose_tied";
-  }
-  if (LandmarksLeftOut(got, groups, H_pp)) {
-    return "7.landmarks_left_out";
-  }
+  wrong.push_back({"7.landmarks_left_out", of_some});
   std::set<int> differences;
   for (const auto& [i, j] : got) {
     if (H_pp.count({i, j}) == 0) differences.insert(i - j);
   }
-  if (is_H_pp_and(PairsOf(groups.of_landmarks, [&](int i, int j) { return differences.count(i - j) > 0; }))) {
-    return {"7.only_differences_tied", {{"n", Word(Join({differences.begin(), differences.end()}))}}};
+  wrong.push_back({{"7.only_differences_tied", {{"n", Word(Join({differences.begin(), differences.end()}))}}},
+                   PairsOf(groups.of_landmarks, [&](int i, int j) { return differences.count(i - j) > 0; })});
+  for (auto& [cause, pattern] : wrong) {
+    pattern.insert(H_pp.begin(), H_pp.end());
+    if (got == pattern) return cause;
   }
-  for (const auto& block : got) {
-    if (block.first < block.second) return "7.block_above_diagonal_stored";
-  }
-  return "7.none_typical";
+  const bool above = std::any_of(got.begin(), got.end(), [](const auto& block) { return block.first < block.second; });
+  return above ? "7.block_above_diagonal_stored" : "7.none_typical";
 }
 
 void CheckPattern(Scene* scene, const Text& words) {
@@ -139,8 +129,7 @@ void CheckPattern(Scene* scene, const Text& words) {
   const auto& worst = missing.empty() ? superfluous[0] : missing[0];
   const Text difference(missing.empty() ? "7.blocks_too_many" : "7.blocks_missing",
                         {{"n", Word(got.size())}, {"i", Word(worst.first)}, {"j", Word(worst.second)}});
-  Fail({"7",
-        {"7.pattern_of_S", {{"scene", words}}},
+  Fail({{"7.pattern_of_S", {{"scene", words}}},
         {"7.blocks_expected", {{"n", Word(expected.size())}}},
         difference,
         CauseOf(got, groups, static_cast<int>(ordering.poses.size())),
@@ -202,8 +191,8 @@ void CheckSystem(const MatXX& H, const VecX& b, const Graph& graph, const Text& 
   loop.parts_of = &PartsOfH;
   const right::AssembledSystem right(loop);
   const Names names = RowNames(ordering, true);
-  Require({"7", {"scene.b_of", {{"what", scene}}}, "7b", "b_", names}, right.b, b);
-  Require({"7", {"scene.H_of", {{"what", scene}}}, "7c", "H", names}, right.H, H);
+  Require({{"scene.b_of", {{"what", scene}}}, "7b", "b_", names}, right.b, b);
+  Require({{"scene.H_of", {{"what", scene}}}, "7c", "H", names}, right.H, H);
 }
 
 void CheckSystem(Scene* scene, const Text& words, int times = 1) {
@@ -235,28 +224,24 @@ struct Call {
   Damping damping;
 };
 
-// What the k-th call has left.
-void CheckCall(const Answer& answer, size_t k, const Call& call, const Graph& graph, const Text& scene) {
+void CheckCall(const Solved& got, const Call& call, const Graph& graph, const Text& scene) {
   const auto [lambda, damping] = call;
-  const auto of = [&](const char* name) { return name + (" " + std::to_string(k)); };
-  const MatXX &S = answer[of("S")], &H = answer[of("H")];
-  const VecX b_S = answer.Vector(of("b_S")), delta_x = answer.Vector(of("delta_x")), b = answer.Vector(of("b"));
-  const bool solved = answer.Number(of("solved")) != 0.0;
+  const auto& [solved, delta_x, b_S, b, S, H] = got;
   const Ordering ordering = MakeOrdering(graph);
   const System system = StackedNormalEquations(graph, ordering.Size());
   const auto with = [&](const Text& quantity) { return right::With(quantity, scene, lambda, damping); };
   const Names names = RowNames(ordering, true);
   const right::BlockSolve right(system, ordering, lambda, damping);
-  Require({"7", with(Word("b_p − Σ_l H_pl H_ll⁻¹ b_l")), "7d", "b_schur_", names, {}, 1e-9}, right.b_S, b_S);
-  Require({"7", with(Word("S = H_pp − Σ_l H_pl H_ll⁻¹ H_plᵀ")), "7d", "S_", names, {}, 1e-9}, right.S, S);
+  Require({with(Word("b_p − Σ_l H_pl H_ll⁻¹ b_l")), "7d", "b_schur_", names, 1e-9}, right.b_S, b_S);
+  Require({with(Word("S = H_pp − Σ_l H_pl H_ll⁻¹ H_plᵀ")), "7d", "S_", names, 1e-9}, right.S, S);
   if (!solved) {
-    Fail({"7", with(Word("Δx")), "7.solver_returns_true", Word("false"), "7.function_gave_up", "7d"});
+    Fail({with(Word("Δx")), "7.solver_returns_true", Word("false"), "7.function_gave_up", "7d"});
   }
-  Require({"7", with(Word("Δx")), "7e", "delta_x", names, {}, 1e-8}, right.delta_x, delta_x);
-  Require("7", with("7.H_after_solve"), system.H, H, names, {{"7d", right::ChangedInPlace("H", "S_"), H}}, 1e-9);
+  Require({with(Word("Δx")), "7e", "delta_x", names, 1e-8}, right.delta_x, delta_x);
+  Require({with("7.H_after_solve"), {}, {}, names, 1e-9, {{"7d", right::ChangedInPlace("H", "S_"), H}}}, system.H, H);
   if (!Equal(b, system.b, 1e-9)) {
     const int p = ordering.dim_poses;
-    Fail({"7", with("7.b_after_solve"), "7.b_unchanged", "7.another_b", right::ChangedInPlace("b_", "b_schur_, rest"),
+    Fail({with("7.b_after_solve"), "7.b_unchanged", "7.another_b", right::ChangedInPlace("b_", "b_schur_, rest"),
           b.size() >= p && Equal(b.head(p), system.b.head(p), 1e-9) ? "7e" : "7d"});
   }
 }
@@ -271,7 +256,7 @@ Answer CheckSolve(Scene* scene, const std::vector<Call>& calls, const Text& word
   given.Put("lambdas", lambdas);
   given.Put("dampings", dampings);
   Answer answer = Ask("Solve", *scene, given);
-  for (size_t k = 0; k < calls.size(); ++k) CheckCall(answer, k, calls[k], scene->GetGraph(), words);
+  for (size_t k = 0; k < calls.size(); ++k) CheckCall({answer, k}, calls[k], scene->GetGraph(), words);
   return answer;
 }
 
@@ -314,7 +299,7 @@ TEST(Stage7, BundleAdjustmentOfTheCourse) {
   const double after = Cost(scene.ba.graph);
   const std::string message = end.Word("message").substr(0, 200);
   if (end.Number("converged") == 0.0 || !(after <= 1e-2 * before)) {
-    Fail({"7", "7.course_scene_solved", "7.converged",
+    Fail({"7.course_scene_solved", "7.converged",
           Text("7.ended_at", {{"message", Text::Quoted(message)}, {"a", Word(after)}, {"b", Word(before)}}),
           "7.something_kept_between_calls", ""});
   }

@@ -34,15 +34,9 @@ DampingUpdate Update(const Trial& t) {
 
 void CheckDecision(const Trial& t, bool accepted, const Text& what) {
   const bool got = Update(t).accepted;
-  Require({"8",
-           what,
-           "8a",
-           "next.accepted",
-           Words({"accepted"}),
-           {},
-           1e-10,
-           {{"8a", accepted ? "8.lower_rejected" : "8.higher_accepted", MatXX::Constant(1, 1, !accepted)}}},
-          Formula{formula::Matrix("accepted", MatXX::Constant(1, 1, accepted))}, MatXX::Constant(1, 1, got));
+  const Mistakes other{{"8a", accepted ? "8.lower_rejected" : "8.higher_accepted", MatXX::Constant(1, 1, !accepted)}};
+  Require({what, "8a", "next.accepted", Words({"accepted"}), 1e-10, other}, MatXX::Constant(1, 1, accepted),
+          MatXX::Constant(1, 1, got));
 }
 
 // λ and ν for the next trial.
@@ -57,8 +51,8 @@ void CheckDamping(const std::vector<Trial>& trials, bool accepted, const Names& 
   const double factor = lambda[0] / before[0];
   const Mistakes always{{"8a", {"8.factor_always", {{"k", Word(factor)}}}, n > 1 ? MatXX(factor * before) : MatXX()}};
   const right::NextDamping right(trials, accepted);
-  Require({"8", PartOf(Word("λ"), what), "8a", "next.lambda", names, {}, 1e-10, {}, always}, right.lambda, lambda);
-  Require({"8", PartOf(Word("ν"), what), "8a", "next.nu", names}, right.nu, nu);
+  Require({PartOf(Word("λ"), what), "8a", "next.lambda", names, 1e-10, {}, always}, right.lambda, lambda);
+  Require({PartOf(Word("ν"), what), "8a", "next.nu", names}, right.nu, nu);
 }
 
 TEST(Stage8, AnAcceptedStepFollowsTheGainRatio) {
@@ -103,7 +97,7 @@ void CheckView(const Transform& T_W_B, const Transform& T_B_C, const Vec3& p_W, 
   const right::Projection right(T_W_B, T_B_C, p_W);
   const auto check = [&](const char* part, const Formula& formula, const MatXX& got, const char* step,
                          const char* variable) {
-    Require({"8", PartOf(part, what), "8b", variable, Words({"r.x", "r.y"}), Axes(step), kTolerance}, formula, got);
+    Require({PartOf(part, what), "8b", variable, {Words({"r.x", "r.y"}), Axes(step)}, kTolerance}, formula, got);
   };
   check("8.over_point", right.over_point, point, "δp_W", "J.point");
   check("8.over_position", right.over_position, pose.leftCols(3), "δp", "J.pose");
@@ -156,9 +150,9 @@ TEST(Stage8, AnImuStepMovesTheState) {
   const ImuStep step = RandomStep(/*uncertain=*/false, &random);
   const right::Integrated right(step);
   const ImuIncrement got = After(step);
-  Require({"8", "8.imu_position", "8c", "after.p", Axes("p")}, right.p, got.p);
-  Require({"8", "8.imu_velocity", "8c", "after.v", Axes("v")}, right.v, got.v);
-  Require({"8", "8.imu_rotation", "8c", "after.q"}, right.R, got.q.toRotationMatrix());
+  Require({"8.imu_position", "8c", "after.p", Axes("p")}, right.p, got.p);
+  Require({"8.imu_velocity", "8c", "after.v", Axes("v")}, right.v, got.v);
+  Require({"8.imu_rotation", "8c", "after.q"}, right.R, got.q.toRotationMatrix());
 }
 
 // J X Jᵀ is wrong by `wrong`, and one block of J, at (row, column), explains it: then the blocks of its row are, beside the
@@ -172,9 +166,9 @@ MatXX ByOneBlock(MatXX J, const MatXX& X, const MatXX& wrong, int row, int colum
 }
 
 // What no slip explains may still be one block's fault.
-std::vector<Mistake> WrongBlocks(const right::Integrated& right, const MatXX& expected, const MatXX& got) {
+Mistakes WrongBlocks(const right::Integrated& right, const MatXX& expected, const MatXX& got) {
   const char* const parts[] = {"δp", "δθ", "δv", "n_a", "n_g"};
-  std::vector<Mistake> mistakes;
+  Mistakes mistakes;
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 5; ++j) {
       const bool of_A = j < 3;
@@ -193,8 +187,8 @@ void CheckCovariance(const ImuStep& step, const Text& what) {
   const right::Integrated right(step);
   const MatXX got = After(step).covariance;
   const Names names = Words({"δp.x", "δp.y", "δp.z", "δθ.x", "δθ.y", "δθ.z", "δv.x", "δv.y", "δv.z"});
-  const auto blocks = [&] { return WrongBlocks(right, Value(right.covariance.right), got); };
-  Require({"8", what, "8c", "after.covariance", names, {}, kTolerance, {}, blocks}, right.covariance, got);
+  const Mistakes blocks = WrongBlocks(right, Value(right.covariance.right), got);
+  Require({what, "8c", "after.covariance", names, kTolerance, {}, blocks}, right.covariance, got);
 }
 
 TEST(Stage8, AnImuStepAddsItsNoise) {
@@ -217,7 +211,7 @@ void CheckRange(const Transform& T, const Vec3& antenna, const Vec3& beacon, dou
   const right::Range right(T, antenna, beacon, range);
   const auto check = [&](const char* part, const Formula& formula, const MatXX& got, const char* variable,
                          const Names& columns) {
-    Require({"8", PartOf(part, what), "8d", variable, Words({"r"}), columns, kTolerance}, formula, got);
+    Require({PartOf(part, what), "8d", variable, {Words({"r"}), columns}, kTolerance}, formula, got);
   };
   check("8.range_residual", right.residual, MatXX::Constant(1, 1, term.Number("residual")), "term.residual", {});
   check("8.over_position", right.over_position, J.leftCols(3), "term.J", Axes("δp"));

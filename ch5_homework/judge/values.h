@@ -21,6 +21,12 @@ class WireError : public std::runtime_error {
   explicit WireError(const std::string& what) : std::runtime_error("GARBAGE: " + what) {}
 };
 
+/// "x0 3": what there are several of.
+template <typename Integer>
+std::string Numbered(const char* name, Integer k) {
+  return name + (" " + std::to_string(k));
+}
+
 /// @throws WireError unless it is a whole number that an int can be
 int Whole(double x);
 
@@ -46,12 +52,14 @@ class Values {
   };
 
   Values() = default;
-  Values(std::initializer_list<std::pair<const char*, Value>> all) {
-    for (const auto& [name, value] : all) Put(name, value);
-  }
+  Values(std::initializer_list<std::pair<const char*, Value>> all) { Put(all); }
 
   /// A second one of a name is not taken.
   void Put(const std::string& name, const Value& value) { all_.emplace(name, Entry{value}); }
+  /// @param number  behind each name (Numbered)
+  void Put(std::initializer_list<std::pair<const char*, Value>> all, const std::string& number = {}) {
+    for (const auto& [name, value] : all) Put(name + number, value);
+  }
 
   bool Has(const std::string& name) const { return all_.count(name) > 0; }
   /// @throws WireError if there is none of this name and kind, or of this size

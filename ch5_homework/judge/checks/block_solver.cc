@@ -6,8 +6,6 @@
 namespace ch5::homework {
 namespace {
 
-std::string Numbered(const char* name, Eigen::Index k) { return name + (" " + std::to_string(k)); }
-
 std::unique_ptr<PlainBlockSolver> Ordered(const Submission& student, Scene* scene) {
   auto solver = student.make_block_solver(&scene->GetGraph());
   solver->SetOrdering();  // calls BuildStructure
@@ -28,8 +26,7 @@ void BuildSystem(const Submission& student, const Values& given, Answer* answer)
   const auto solver = Ordered(student, scene.get());
   for (int k = 0; k < given.Int("times"); ++k) {
     solver->BuildSystem();
-    answer->Put(Numbered("b", k), solver->RightHandSide());
-    answer->Put(Numbered("H", k), solver->DenseHessian());
+    answer->Put({{"b", solver->RightHandSide()}, {"H", solver->DenseHessian()}}, Numbered("", k));
   }
 }
 
@@ -43,18 +40,18 @@ void Solve(const Submission& student, const Values& given, Answer* answer) {
     solver->BuildSystem();
     VecX delta_x;
     const bool solved = solver->Solve(lambdas[k], &delta_x);
-    answer->Put(Numbered("b_S", k), solver->ReducedRightHandSide());
-    answer->Put(Numbered("S", k), solver->SchurComplement());
-    answer->Put(Numbered("solved", k), solved);
-    answer->Put(Numbered("delta_x", k), delta_x);
-    answer->Put(Numbered("H", k), solver->DenseHessian());
-    answer->Put(Numbered("b", k), solver->RightHandSide());
+    answer->Put({{"solved", solved},
+                 {"delta_x", delta_x},
+                 {"S", solver->SchurComplement()},
+                 {"b_S", solver->ReducedRightHandSide()},
+                 {"H", solver->DenseHessian()},
+                 {"b", solver->RightHandSide()}},
+                Numbered("", k));
   }
   if (!given.Has("minimize")) return;
   const Summary summary = Minimize(solver.get(), SolveOptions{});
-  answer->Put("converged", IsConverged(summary.termination));
-  answer->Put("message", summary.message);
-  answer->Put("states", scene->States());
+  answer->Put(
+      {{"converged", IsConverged(summary.termination)}, {"message", summary.message}, {"states", scene->States()}});
 }
 
 [[maybe_unused]] const bool added =

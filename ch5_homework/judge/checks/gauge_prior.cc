@@ -41,17 +41,14 @@ void AddEdges(const Submission& student, const Values& given, Answer* answer) {
       numbers[1] = HasLoss(*edge);
       numbers[2] = edge->Level();
       if (edge->Residual().size() == 6) numbers.tail<6>() = edge->Residual();
-      answer->Put("W " + std::to_string(priors.cols()), W);
+      answer->Put(Numbered("W", priors.cols()), W);
       Append(numbers, &priors);
     }
     if (edge->TypeInfo() == "EdgeReprojection") {
       Append(W.size() == 4 ? VecX(Eigen::Map<const VecX>(W.data(), 4)) : VecX::Constant(4, kNaN), &measurements);
     }
   }
-  answer->Put("poses", poses);
-  answer->Put("fixed", fixed);
-  answer->Put("priors", priors);
-  answer->Put("measurements", measurements);
+  answer->Put({{"poses", poses}, {"fixed", fixed}, {"priors", priors}, {"measurements", measurements}});
 }
 
 [[maybe_unused]] const bool added =

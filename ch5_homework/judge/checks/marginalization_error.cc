@@ -13,18 +13,14 @@ void InsertBlock(const Submission& student, const Values& given, Answer* answer)
   b0 = given.Vector("b0");
   dense_size = given.Int("dense_size");
   const int row = term->InsertBlock(given.Int("dim"), given.Int("is_landmark") != 0);
-  answer->Put("H", H);
-  answer->Put("b0", b0);
-  answer->Put("dense_size", dense_size);
-  answer->Put("row", row);
+  answer->Put({{"H", H}, {"b0", b0}, {"dense_size", dense_size}, {"row", row}});
 }
 
 void Eliminate(const Submission& student, const Values& given, Answer* answer) {
   MatXX U = given["U"];
   VecX b_a = given.Vector("b_a");
   student.make_marginalization_error()->SchurComplement(given["V"], given["W"], given.Vector("b_b"), &U, &b_a);
-  answer->Put("U", U);
-  answer->Put("b_a", b_a);
+  answer->Put({{"U", U}, {"b_a", b_a}});
 }
 
 // Twice: what is left of an earlier time must not show.
@@ -34,13 +30,11 @@ void UpdateErrorComputation(const Submission& student, const Values& given, Answ
   H = 5.0 * given["H"];
   b0 = 3.0 * given.Vector("b0");
   term->UpdateErrorComputation();
-  answer->Put("J_before", J);
-  answer->Put("e0_before", e0);
+  answer->Put({{"J_before", J}, {"e0_before", e0}});
   H = given["H"];
   b0 = given.Vector("b0");
   term->UpdateErrorComputation();
-  answer->Put("J", J);
-  answer->Put("e0", e0);
+  answer->Put({{"J", J}, {"e0", e0}});
 }
 
 // Of each column δχ.
@@ -51,7 +45,7 @@ void Residual(const Submission& student, const Values& given, Answer* answer) {
   e0 = given.Vector("e0");
   const MatXX& delta_chi = given["delta_chi"];
   for (Eigen::Index k = 0; k < delta_chi.cols(); ++k) {
-    answer->Put("e " + std::to_string(k), term->Residual(delta_chi.col(k)));
+    answer->Put(Numbered("e", k), term->Residual(delta_chi.col(k)));
   }
 }
 
@@ -64,9 +58,7 @@ void WholeTerm(const Submission& student, const Values& given, Answer* answer) {
   for (const double place : given.Vector("out")) out.push_back(scene->graph.Vertices().at(static_cast<size_t>(place)));
   term->MarginalizeOut(out);
   term->UpdateErrorComputation();
-  answer->Put("H", term->H());
-  answer->Put("b0", term->b0());
-  answer->Put("J", term->J());
+  answer->Put({{"H", term->H()}, {"b0", term->b0()}, {"J", term->J()}});
 }
 
 [[maybe_unused]] const bool added =

@@ -13,21 +13,17 @@ struct Access : Problem {
   using Problem::Hessian_;
 };
 
-std::string Numbered(const char* name, Eigen::Index k) { return name + (" " + std::to_string(k)); }
-
 // Again after a step of the states, if one is given.
 void MakeHessian(const Submission& student, const Values& given, Answer* answer) {
   const auto scene = Scene::Make(given);
   const auto problem = student.make_problem(&scene->GetGraph());
   problem->MakeHessian();
   if (given.Has("step")) {
-    answer->Put("H_before", problem->Hessian());
-    answer->Put("b_before", problem->RightHandSide());
+    answer->Put({{"H_before", problem->Hessian()}, {"b_before", problem->RightHandSide()}});
     problem->UpdateStates(VecX::Constant(problem->Size(), given.Number("step")));
     problem->MakeHessian();
   }
-  answer->Put("H", problem->Hessian());
-  answer->Put("b", problem->RightHandSide());
+  answer->Put({{"H", problem->Hessian()}, {"b", problem->RightHandSide()}});
 }
 
 // H and b are given, so that stage 1.1 may be blank; the same ones for each λ, as the algorithm asks for it.
@@ -41,22 +37,23 @@ void SolveLinearSystem(const Submission& student, const Values& given, Answer* a
   for (Eigen::Index k = 0; k < lambdas.size(); ++k) {
     VecX delta_x;
     const bool solved = problem->SolveLinearSystem(lambdas[k], &delta_x);
-    answer->Put(Numbered("solved", k), solved);
-    answer->Put(Numbered("delta_x", k), delta_x);
-    answer->Put(Numbered("S", k), problem->SchurComplement());
-    answer->Put(Numbered("b_S", k), (*problem).*(&Access::b_pp_schur_));
-    answer->Put(Numbered("H", k), problem->Hessian());
-    answer->Put(Numbered("b", k), problem->RightHandSide());
+    answer->Put({{"solved", solved},
+                 {"delta_x", delta_x},
+                 {"S", problem->SchurComplement()},
+                 {"b_S", (*problem).*(&Access::b_pp_schur_)},
+                 {"H", problem->Hessian()},
+                 {"b", problem->RightHandSide()}},
+                Numbered("", k));
   }
 }
 
 void TestMarginalize(const Submission& student, const Values& given, Answer* answer) {
   const MarginalizeResult result =
       student.test_marginalize(given["H"], given.Vector("b"), given.Int("idx"), given.Int("dim"));
-  answer->Put("H_moved", result.H_moved);
-  answer->Put("b_moved", result.b_moved);
-  answer->Put("H_prior", result.H_prior);
-  answer->Put("b_prior", result.b_prior);
+  answer->Put({{"H_moved", result.H_moved},
+               {"b_moved", result.b_moved},
+               {"H_prior", result.H_prior},
+               {"b_prior", result.b_prior}});
 }
 
 [[maybe_unused]] const bool added =

@@ -22,8 +22,6 @@ VecX PlacesOf(const std::vector<std::shared_ptr<T>>& items, const std::vector<st
   return places;
 }
 
-std::string Numbered(const std::string& name, size_t k) { return name + " " + std::to_string(k); }
-
 // ---- MarginalizationInfo ---------------------------------------------------------------------------------------------
 
 std::unique_ptr<MarginalizationInfo> Evaluated(const Submission& student, const FactorGraph& scene) {
@@ -49,19 +47,18 @@ void PreMarginalize(const Submission& student, const Values& given, Answer* answ
   std::transform(scene->factors.begin(), scene->factors.end(), fresh.data(),
                  [](const auto& factor) { return dynamic_cast<const AgedEdge&>(*factor.edge).IsFresh(); });
   const std::vector<int>& keep = std::get<6>(MembersOf(*term));
-  answer->Put("blocks", rows);
-  answer->Put("fresh", fresh);
-  answer->Put("keep", Eigen::Map<const Eigen::VectorXi>(keep.data(), static_cast<int>(keep.size())).cast<double>());
-  answer->Put("m", term->m());
-  answer->Put("n", term->n());
+  answer->Put({{"blocks", rows},
+               {"fresh", fresh},
+               {"keep", Eigen::Map<const Eigen::VectorXi>(keep.data(), static_cast<int>(keep.size())).cast<double>()},
+               {"m", term->m()},
+               {"n", term->n()}});
 }
 
 void ConstructA(const Submission& student, const Values& given, Answer* answer) {
   const auto scene = MakeScene<FactorGraph>(given);
   const auto term = Evaluated(student, *scene);
   term->ConstructA();
-  answer->Put("A", term->A());
-  answer->Put("b", term->b());
+  answer->Put({{"A", term->A()}, {"b", term->b()}});
 }
 
 void Eliminate(const Submission& student, const Values& given, Answer* answer) {
@@ -72,8 +69,7 @@ void Eliminate(const Submission& student, const Values& given, Answer* answer) {
   m = given.Int("m");
   n = static_cast<int>(A.rows()) - m;
   const MarginalizationInfo::KeptSystem kept = term->SchurComplement();
-  answer->Put("A", kept.A);
-  answer->Put("b", kept.b);
+  answer->Put({{"A", kept.A}, {"b", kept.b}});
 }
 
 void Factor(const Submission& student, const Values& given, Answer* answer) {
@@ -81,8 +77,7 @@ void Factor(const Submission& student, const Values& given, Answer* answer) {
   const auto [A, J, b, r0, m, n, keep] = MembersOf(*term);
   n = static_cast<int>(given["A"].rows());
   term->Factor({given["A"], given.Vector("b")});
-  answer->Put("J", J);
-  answer->Put("r0", r0);
+  answer->Put({{"J", J}, {"r0", r0}});
 }
 
 // After the states have moved on; the vertex at one place takes over from that at another.
@@ -102,8 +97,7 @@ void Marginalize(const Submission& student, const Values& given, Answer* answer)
   const auto term = Evaluated(student, *scene);
   term->Marginalize();
   const Prior prior = term->GetParameterBlocks({});
-  answer->Put("J", prior.J);
-  answer->Put("r0", prior.r0);
+  answer->Put({{"J", prior.J}, {"r0", prior.r0}});
 }
 
 // ---- windows ---------------------------------------------------------------------------------------------------------
@@ -115,9 +109,10 @@ DropSet DropSetOf(const Submission& student, MarginalizationFlag flag, const Win
 
 MarginalizationFlag FlagOf(double number) { return static_cast<MarginalizationFlag>(static_cast<int>(number)); }
 
-void Put(const DropSet& drop, WindowScene* scene, const std::string& of, Answer* answer) {
-  answer->Put(of + "edges", PlacesOf(drop.edges, scene->Edges()));
-  answer->Put(of + "vertices", PlacesOf(drop.vertices, scene->Vertices()));
+void Put(const DropSet& drop, WindowScene* scene, const std::string& number, Answer* answer) {
+  answer->Put(
+      {{"edges", PlacesOf(drop.edges, scene->Edges())}, {"vertices", PlacesOf(drop.vertices, scene->Vertices())}},
+      number);
 }
 
 void Drop(const Submission& student, const Values& given, Answer* answer) {
@@ -126,7 +121,7 @@ void Drop(const Submission& student, const Values& given, Answer* answer) {
 }
 
 // [id, whether there is an interval, its seconds, α] of each frame; [track, frame] of what is seen; [track, 1/depth].
-void Put(const Window& window, const std::string& of, Answer* answer) {
+void Put(const Window& window, const std::string& number, Answer* answer) {
   MatXX frames(6, window.frames.size()), seen(2, 0), depths(2, 0);
   for (size_t k = 0; k < window.frames.size(); ++k) {
     const Frame& frame = window.frames[k];
@@ -142,9 +137,7 @@ void Put(const Window& window, const std::string& of, Answer* answer) {
     for (const auto& one : landmark.seen) append(track, one.frame, &seen);
     if (landmark.inverse_depth) append(track, landmark.inverse_depth->InverseDepth(), &depths);
   }
-  answer->Put(of + "frames", frames);
-  answer->Put(of + "seen", seen);
-  answer->Put(of + "depths", depths);
+  answer->Put({{"frames", frames}, {"seen", seen}, {"depths", depths}}, number);
 }
 
 void Slide(const Submission& student, const Values& given, Answer* answer) {
@@ -180,19 +173,17 @@ void SlideAgainAndAgain(const Submission& student, const Values& given, Answer* 
   Window& window = scene->window;
   const VecX flags = given.Vector("flags");
   for (Eigen::Index k = 0; k < flags.size(); ++k) {
-    const std::string of = std::to_string(k) + " ";
+    const std::string number = Numbered("", k);
     scene->Step();
     const DropSet drop = DropSetOf(student, FlagOf(flags[k]), window);
-    Put(drop, scene.get(), of, answer);
+    Put(drop, scene.get(), number, answer);
     if (!drop.edges.empty()) {
       const Prior prior = PriorOf(student, drop);
-      answer->Put(of + "prior", PlacesOf(prior.vertices, scene->Vertices()));
-      answer->Put(of + "J", prior.J);
-      answer->Put(of + "r0", prior.r0);
+      answer->Put({{"prior", PlacesOf(prior.vertices, scene->Vertices())}, {"J", prior.J}, {"r0", prior.r0}}, number);
       window.prior = std::make_shared<EdgePrior>(prior);
     }
     student.vins_window.slide(FlagOf(flags[k]), &window);
-    Put(window, of, answer);
+    Put(window, number, answer);
   }
 }
 

@@ -9,12 +9,7 @@
 namespace ch5::homework::formula {
 namespace {
 
-Expression Make(Kind kind, const std::vector<Expression>& parts) {
-  Node node;
-  node.kind = kind;
-  node.parts = parts;
-  return std::make_shared<const Node>(node);
-}
+Expression Make(const Node& node) { return std::make_shared<const Node>(node); }
 
 bool IsPlain(const Expression& x, Kind kind) { return x->kind == kind && x->name.empty() && x->todo.empty(); }
 
@@ -58,19 +53,12 @@ std::optional<MatXX> SumOf(const Node& x) {
 }
 
 std::optional<MatXX> StackOf(const Node& x) {
-  Eigen::Index rows = 0, columns = -1;
-  for (const Expression& part : x.parts) {
-    const auto& A = TryValue(part);
-    if (!A || (columns >= 0 && A->cols() != columns)) return {};
-    columns = A->cols();
-    rows += A->rows();
-  }
-  MatXX stack(rows, columns);
-  rows = 0;
-  for (const Expression& part : x.parts) {
-    const MatXX& A = Value(part);
-    stack.middleRows(rows, A.rows()) = A;
-    rows += A.rows();
+  MatXX stack;
+  for (size_t k = 0; k < x.parts.size(); ++k) {
+    const auto& A = TryValue(x.parts[k]);
+    if (!A || (k > 0 && A->cols() != stack.cols())) return {};
+    stack.conservativeResize(stack.rows() + A->rows(), A->cols());
+    stack.bottomRows(A->rows()) = *A;
   }
   return stack;
 }
@@ -132,72 +120,55 @@ Source::Source(const std::string& name, const MatXX& A, const std::vector<Other>
 
 Expression Source::Block(const std::string& name, Eigen::Index row, Eigen::Index column, Eigen::Index rows,
                          Eigen::Index columns, const std::string& todo) const {
-  Node node;
-  node.kind = Kind::kMatrix;
-  node.name = name;
-  node.todo = todo;
-  node.value = data_->A.block(row, column, rows, columns);
-  node.source = data_;
-  node.row = row;
-  node.column = column;
-  return std::make_shared<const Node>(node);
+  const MatXX value = data_->A.block(row, column, rows, columns);
+  return Make({Kind::kMatrix, name, todo, {}, {}, {}, value, data_, row, column});
 }
 
 Expression Matrix(const std::string& name, const MatXX& value, const std::string& todo) {
-  Node node;
-  node.kind = Kind::kMatrix;
-  node.name = name;
-  node.todo = todo;
-  node.value = value;
-  return std::make_shared<const Node>(node);
+  return Make({Kind::kMatrix, name, todo, {}, {}, {}, value});
 }
 
 Expression Named(const Expression& x, const std::string& name, const std::string& todo) {
   Node node = *x;
   node.name = name;
   if (!todo.empty()) node.todo = todo;
-  return std::make_shared<const Node>(node);
+  return Make(node);
 }
 
 Expression MistakenFor(const Expression& x, const std::vector<Instead>& others) {
   Node node = *x;
   node.mistaken = others;
-  return std::make_shared<const Node>(node);
+  return Make(node);
 }
 
 Expression WrittenAt(const std::string& todo, const Expression& x) { return Named(x, x->name, todo); }
 
-Expression Inverse(const Expression& x) { return Make(Kind::kInverse, {x}); }
-
 Expression Inverse(const Expression& x, const std::vector<int>& sizes) {
-  Node node = *Inverse(x);
-  node.sizes = sizes;
-  return std::make_shared<const Node>(node);
+  return Make({Kind::kInverse, {}, {}, {x}, {}, sizes});
 }
 
-Expression Transpose(const Expression& x) { return Make(Kind::kTranspose, {x}); }
+Expression Transpose(const Expression& x) { return Make({Kind::kTranspose, {}, {}, {x}}); }
 
 Expression Assembly(const std::string& name, Eigen::Index rows, Eigen::Index columns,
                     const std::vector<Share>& shares) {
-  Node node = *Make(Kind::kAssembly, {});
-  node.name = name;
+  Node node{Kind::kAssembly, name};
   node.rows = rows;
   node.columns = columns;
   node.shares = shares;
   for (const Share& share : shares) node.parts.push_back(share.x);
-  return std::make_shared<const Node>(node);
+  return Make(node);
 }
 
-Expression Stack(const std::vector<Expression>& parts) { return Make(Kind::kStack, parts); }
+Expression Stack(const std::vector<Expression>& parts) { return Make({Kind::kStack, {}, {}, parts}); }
 
 Expression Seen(const Expression& x, const std::function<MatXX(const MatXX& x)>& how) {
-  Node node = *Make(Kind::kSeen, {x});
+  Node node{Kind::kSeen, {}, {}, {x}};
   node.seen = how;
-  return std::make_shared<const Node>(node);
+  return Make(node);
 }
 
 Expression Sum(const std::vector<Expression>& terms, const std::vector<double>& factors) {
-  Node node = *Make(Kind::kSum, {});
+  Node node{Kind::kSum};
   for (size_t k = 0; k < terms.size(); ++k) {
     const bool flat = IsPlain(terms[k], Kind::kSum);
     for (size_t l = 0; flat && l < terms[k]->parts.size(); ++l) {
@@ -208,7 +179,7 @@ Expression Sum(const std::vector<Expression>& terms, const std::vector<double>& 
     node.parts.push_back(terms[k]);
     node.factors.push_back(factors[k]);
   }
-  return std::make_shared<const Node>(node);
+  return Make(node);
 }
 
 Expression Product(const std::vector<Expression>& factors) {
@@ -220,7 +191,7 @@ Expression Product(const std::vector<Expression>& factors) {
       flat.push_back(factor);
     }
   }
-  return flat.size() == 1 ? flat[0] : Make(Kind::kProduct, flat);
+  return flat.size() == 1 ? flat[0] : Make({Kind::kProduct, {}, {}, flat});
 }
 
 Expression operator+(const Expression& a, const Expression& b) { return Sum({a, b}, {1.0, 1.0}); }

@@ -90,13 +90,13 @@ struct Instead {
 
 struct Node {
   Kind kind;
-  std::string name;  ///< of a matrix, and of what the student's code gives a name: "tempH"
-  std::string todo;  ///< where the student writes it; empty: where he writes what it is a part of
-  std::vector<Expression> parts;
-  std::vector<double> factors;                 ///< of a sum
-  std::vector<int> sizes;                      ///< of the blocks of an inverse that is made block by block
-  MatXX value;                                 ///< of a matrix
-  std::shared_ptr<const Source::Data> source;  ///< of a matrix that is a block of one, from (row, column) on
+  std::string name = {};  ///< of a matrix, and of what the student's code gives a name: "tempH"
+  std::string todo = {};  ///< where the student writes it; empty: where he writes what it is a part of
+  std::vector<Expression> parts = {};
+  std::vector<double> factors = {};                 ///< of a sum
+  std::vector<int> sizes = {};                      ///< of the blocks of an inverse that is made block by block
+  MatXX value = {};                                 ///< of a matrix
+  std::shared_ptr<const Source::Data> source = {};  ///< of a matrix that is a block of one, from (row, column) on
   Eigen::Index row = 0, column = 0;
   std::vector<Instead> mistaken = {};              ///< what may be taken for it
   std::vector<Share> shares = {};                  ///< of an assembly; their expressions are its parts
@@ -113,9 +113,8 @@ Expression Named(const Expression& x, const std::string& name, const std::string
 Expression MistakenFor(const Expression& x, const std::vector<Instead>& others);
 Expression WrittenAt(const std::string& todo, const Expression& x);
 /// Of a symmetric matrix, which has to be positive semi-definite, the pseudo-inverse.
-Expression Inverse(const Expression& x);
-/// The same of one that is block diagonal, block by block.
-Expression Inverse(const Expression& x, const std::vector<int>& sizes);
+/// @param sizes  of the blocks of one that is block diagonal: block by block
+Expression Inverse(const Expression& x, const std::vector<int>& sizes = {});
 Expression Transpose(const Expression& x);
 /// A loop's sum: zeros, to which each share is added at its place.
 Expression Assembly(const std::string& name, Eigen::Index rows, Eigen::Index columns, const std::vector<Share>& shares);

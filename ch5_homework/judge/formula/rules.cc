@@ -26,6 +26,20 @@ static const MatXX* Symmetric(const Expression& x) {
   return A != nullptr && A->isApprox(A->transpose(), 1e-9) ? A : nullptr;
 }
 
+/// The parts with others in place of `count` of them from k on.
+static std::vector<Expression> Replaced(std::vector<Expression> parts, size_t k, size_t count,
+                                        const std::vector<Expression>& by = {}) {
+  const auto at = parts.begin() + static_cast<ptrdiff_t>(k);
+  parts.insert(parts.erase(at, at + static_cast<ptrdiff_t>(count)), by.begin(), by.end());
+  return parts;
+}
+
+/// The product of some of the factors.
+static Expression Run(const Expression& product, size_t k, size_t length) {
+  const auto at = product->parts.begin() + static_cast<ptrdiff_t>(k);
+  return Product({at, at + static_cast<ptrdiff_t>(length)});
+}
+
 std::vector<Term> TermsOfSum(const Expression& x) {
   std::vector<Term> terms;
   if (x->kind == Kind::kSum) {
@@ -34,29 +48,21 @@ std::vector<Term> TermsOfSum(const Expression& x) {
     }
     return terms;
   }
-  if (x->kind == Kind::kProduct) {
-    const auto sum =
-        std::find_if(x->parts.begin(), x->parts.end(), [](const Expression& one) { return one->kind == Kind::kSum; });
-    if (sum != x->parts.end()) {
-      for (const Term& term : TermsOfSum(*sum)) {
-        auto factors = x->parts;
-        factors[static_cast<size_t>(sum - x->parts.begin())] = term.x;
-        terms.push_back({term.factor, Product(factors)});
-      }
-      return terms;
+  for (size_t k = 0; x->kind == Kind::kProduct && terms.empty() && k < x->parts.size(); ++k) {
+    if (x->parts[k]->kind != Kind::kSum) continue;
+    for (const Term& term : TermsOfSum(x->parts[k])) {
+      terms.push_back({term.factor, Product(Replaced(x->parts, k, 1, {term.x}))});
     }
   }
-  return {{1.0, x}};
+  return terms.empty() ? std::vector<Term>{{1.0, x}} : terms;
 }
 
 // ---- sums ------------------------------------------------------------------------------------------------------------
 
 static Expression Without(const Expression& sum, size_t k) {
-  auto terms = sum->parts;
   auto factors = sum->factors;
-  terms.erase(terms.begin() + static_cast<ptrdiff_t>(k));
   factors.erase(factors.begin() + static_cast<ptrdiff_t>(k));
-  return Sum(terms, factors);
+  return Sum(Replaced(sum->parts, k, 1), factors);
 }
 
 void TermMissing(const View& v) {
@@ -92,14 +98,11 @@ void BracketsMissing(const View& v) {
   for (size_t k = 0; k < v.x->parts.size(); ++k) {
     const Expression& sum = v.x->parts[k];
     if (sum->kind != Kind::kSum) continue;
+    const std::string others = NameOf(Product(Replaced(v.x->parts, k, 1)));
     for (size_t only = 0; only < sum->parts.size(); ++only) {
-      auto factors = v.x->parts;
-      factors[k] = sum->parts[only];
-      auto terms = sum->parts;
-      terms[only] = Product(factors);
-      factors.erase(factors.begin() + static_cast<ptrdiff_t>(k));
-      v.report(Say("formula.inverse_on_one_term", {{"inverse", NameOf(Product(factors))}, {"that", NameOf(sum)}}),
-               Sum(terms, sum->factors));
+      const Expression term = Product(Replaced(v.x->parts, k, 1, {sum->parts[only]}));
+      v.report(Say("formula.inverse_on_one_term", {{"inverse", others}, {"that", NameOf(sum)}}),
+               Sum(Replaced(sum->parts, only, 1, {term}), sum->factors));
     }
   }
 }
@@ -112,11 +115,8 @@ void FactorMissing(const View& v) {
   const size_t n = v.x->parts.size();
   for (size_t length = 1; length < n; ++length) {
     for (size_t k = 0; k + length <= n; ++k) {
-      const auto begin = v.x->parts.begin() + static_cast<ptrdiff_t>(k);
-      auto rest = v.x->parts;
-      rest.erase(rest.begin() + static_cast<ptrdiff_t>(k), rest.begin() + static_cast<ptrdiff_t>(k + length));
-      const std::string missing = NameOf(Product({begin, begin + static_cast<ptrdiff_t>(length)}));
-      v.report(Say("formula.missing_in", {{"this", missing}, {"product", NameOf(v.x)}}), Product(rest));
+      v.report(Say("formula.missing_in", {{"this", NameOf(Run(v.x, k, length))}, {"product", NameOf(v.x)}}),
+               Product(Replaced(v.x->parts, k, length)));
     }
   }
 }
@@ -124,9 +124,8 @@ void FactorMissing(const View& v) {
 void FactorTwice(const View& v) {
   if (v.x->kind != Kind::kProduct) return;
   for (size_t k = 0; k < v.x->parts.size(); ++k) {
-    auto twice = v.x->parts;
-    twice.insert(twice.begin() + static_cast<ptrdiff_t>(k), v.x->parts[k]);
-    v.report(Say("formula.inverse_twice", {{"inverse", FactorName(v.x->parts[k])}}), Product(twice));
+    v.report(Say("formula.inverse_twice", {{"inverse", FactorName(v.x->parts[k])}}),
+             Product(Replaced(v.x->parts, k, 0, {v.x->parts[k]})));
   }
 }
 
@@ -148,12 +147,9 @@ void FactorsTransposed(const View& v) {
   const size_t n = v.x->parts.size();
   for (size_t length = 2; length <= n; ++length) {
     for (size_t k = 0; k + length <= n; ++k) {
-      const auto begin = v.x->parts.begin() + static_cast<ptrdiff_t>(k), end = begin + static_cast<ptrdiff_t>(length);
-      const Expression run = Product({begin, end});
-      std::vector<Expression> factors(v.x->parts.begin(), begin);
-      factors.push_back(Transpose(run));
-      factors.insert(factors.end(), end, v.x->parts.end());
-      v.report(Say("formula.stands_for", {{"this", NameOf(Transpose(run))}, {"that", NameOf(run)}}), Product(factors));
+      const Expression run = Run(v.x, k, length), turned = Transpose(run);
+      v.report(Say("formula.stands_for", {{"this", NameOf(turned)}, {"that", NameOf(run)}}),
+               Product(Replaced(v.x->parts, k, length, {turned})));
     }
   }
 }
@@ -164,9 +160,8 @@ void FactorTooMany(const View& v) {
   for (const Expression& other : v.named) {
     for (const Expression& more : {other, Transpose(other)}) {
       for (size_t at = 0; at <= v.x->parts.size(); ++at) {
-        auto factors = v.x->parts;
-        factors.insert(factors.begin() + static_cast<ptrdiff_t>(at), more);
-        v.report(Say("formula.factor_too_many", {{"this", NameOf(more)}, {"product", NameOf(v.x)}}), Product(factors));
+        v.report(Say("formula.factor_too_many", {{"this", NameOf(more)}, {"product", NameOf(v.x)}}),
+                 Product(Replaced(v.x->parts, at, 0, {more})));
       }
     }
   }
@@ -249,8 +244,7 @@ void InverseOfAnother(const View& v) {
       for (size_t at = 0; is_product && at < v.x->parts.size(); ++at) {  // where its size fits
         auto factors = v.x->parts;
         factors.erase(std::find(factors.begin(), factors.end(), x));
-        factors.insert(factors.begin() + static_cast<ptrdiff_t>(at), Inverse(other));
-        report(Product(factors));
+        report(Product(Replaced(factors, at, 0, {Inverse(other)})));
       }
     }
   }
@@ -276,7 +270,16 @@ void BlockOfTheInverse(const View& v) {
 
 // ---- the whole -------------------------------------------------------------------------------------------------------
 
-/// The terms so many times each, by least squares: half and whole numbers, or any of one term.
+/// How often each term is in A, by least squares.
+static VecX CountsIn(const MatXX& A, const std::vector<Term>& terms) {
+  MatXX basis(A.size(), terms.size());
+  for (Index k = 0; k < basis.cols(); ++k) basis.col(k) = TryValue(terms[static_cast<size_t>(k)].x)->reshaped();
+  const VecX scale = basis.colwise().norm().cwiseMax(1e-300).cwiseInverse().transpose();
+  const MatXX scaled = basis * scale.asDiagonal();
+  return scale.asDiagonal() * (PseudoInversePsd(scaled.transpose() * scaled) * (scaled.transpose() * A.reshaped()));
+}
+
+/// The terms so many times each: half and whole numbers, or any of one term.
 void TermsOfOtherCounts(const View& v) {
   const auto& right = TryValue(v.x);
   if (!v.is_whole || v.formula.right->kind == Kind::kSeen || v.x->kind == Kind::kStack || !right || !v.got.allFinite())
@@ -285,12 +288,7 @@ void TermsOfOtherCounts(const View& v) {
   const std::vector<Term> terms = TermsOfSum(v.x);
   const auto n = static_cast<Index>(terms.size());
   if (n < 2 || v.got.size() <= n) return;
-  MatXX basis(v.got.size(), n);
-  for (Index k = 0; k < n; ++k) basis.col(k) = TryValue(terms[static_cast<size_t>(k)].x)->reshaped();
-  const VecX scale = basis.colwise().norm().cwiseMax(1e-300).cwiseInverse().transpose();
-  const MatXX scaled = basis * scale.asDiagonal();
-  VecX counts =
-      scale.asDiagonal() * (PseudoInversePsd(scaled.transpose() * scaled) * (scaled.transpose() * v.got.reshaped()));
+  VecX counts = CountsIn(v.got, terms), times(n);
   std::vector<Expression> parts;
   std::vector<double> factors;
   Index wrong = -1;
@@ -303,6 +301,7 @@ void TermsOfOtherCounts(const View& v) {
     if (is_half) count = half;
     if (!is_half && std::abs(count / term.factor - 1.0) < 1e-3) return;  // that is no count, but another small error
     odd_ones += !is_half;
+    times[k] = count / term.factor;
     if (count != term.factor) {
       ++wrong_ones;
       wrong = k;
@@ -311,16 +310,12 @@ void TermsOfOtherCounts(const View& v) {
     parts.push_back(term.x);
     factors.push_back(count);
   }
-  if (wrong_ones == 0 || parts.empty() || (odd_ones > 0 && wrong_ones > 1)) return;
-  const auto ratio = [&](Index k) { return counts[k] / terms[static_cast<size_t>(k)].factor; };
-  bool as_a_whole = true;  // then so is what is said of it
-  for (Index k = 1; k < n; ++k) as_a_whole = as_a_whole && ratio(k) == ratio(0);
-  if (as_a_whole) return;
+  if (parts.empty() || (odd_ones > 0 && wrong_ones > 1)) return;
+  if ((times.array() == times[0]).all()) return;  // of the whole that is said elsewhere
   const Expression instead = Sum(parts, factors);
   if (wrong_ones == 1) {
-    const Term& term = terms[static_cast<size_t>(wrong)];
-    v.report(Say("formula.term_times", {{"term", NameOf(term.x)}, {"k", Number(counts[wrong] / term.factor)}}),
-             instead);
+    const std::string term = NameOf(terms[static_cast<size_t>(wrong)].x);
+    v.report(Say("formula.term_times", {{"term", term}, {"k", Number(times[wrong])}}), instead);
   } else {
     v.report(Say("formula.combination", {{"this", NameOf(instead)}, {"that", NameOf(v.x)}}), instead);
   }

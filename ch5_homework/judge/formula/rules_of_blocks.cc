@@ -76,14 +76,13 @@ static std::vector<Part> PartsWithin(const std::vector<Part>& all, Index begin, 
 static void OnlyOnePart(const View& v, const MatXX& A, const std::vector<Part>& parts, bool of_columns) {
   if (parts.size() < 2) return;
   for (const Part& part : parts) {
-    MatXX alone = MatXX::Zero(A.rows(), A.cols()), rest = A;
+    MatXX rest = A;
     if (of_columns) {
-      alone.middleCols(part.begin, part.size) = A.middleCols(part.begin, part.size);
       rest.middleCols(part.begin, part.size).setZero();
     } else {
-      alone.middleRows(part.begin, part.size) = A.middleRows(part.begin, part.size);
       rest.middleRows(part.begin, part.size).setZero();
     }
+    const MatXX alone = A - rest;
     const Text name = Word(NameOf(v.x));
     v.report({"formula.one_part_alone", {{"part", part.name}, {"matrix", name}}}, Matrix(NameOf(v.x), alone));
     v.report({"formula.part_left_out", {{"part", part.name}, {"matrix", name}}}, Matrix(NameOf(v.x), rest));

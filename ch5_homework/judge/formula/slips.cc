@@ -87,6 +87,19 @@ void FindFamilies(const Expression& x, bool in_share, std::string todo, std::map
   for (const Expression& part : x->parts) FindFamilies(part, inside, todo, by_name, seen, families);
 }
 
+struct KindOfShare {
+  Text name;
+  std::string todo;  // see TodoOf
+};
+
+std::vector<KindOfShare> KindsIn(const std::vector<Site>& sites) {
+  std::vector<KindOfShare> kinds;
+  for (const Site& site : sites) {
+    for (const Text& kind : KindsOf(site.x)) kinds.push_back({kind, TodoOf(site.x->shares, kind)});
+  }
+  return kinds;
+}
+
 struct Changed {
   Text cause;
   Expression formula;
@@ -155,11 +168,7 @@ class Search {
     std::map<std::string, size_t> by_name;
     std::set<const Node*> seen;
     FindFamilies(way, false, {}, &by_name, &seen, &families);
-    std::vector<KindOfShare> kinds;
-    for (const Site& site : sites) {
-      if (site.x->kind != Kind::kAssembly) continue;
-      for (const Text& kind : KindsOf(site.x)) kinds.push_back({kind, TodoOf(site.x->shares, kind)});
-    }
+    const std::vector<KindOfShare> kinds = KindsIn(sites);
     for (const Rule rule : Rules()) {
       if (rule == &TransposeForgotten) {  // before what replaces another
         for (const auto& [cause, changed] : FromOtherSources(way, sites)) Try(cause, {}, changed);
@@ -189,10 +198,6 @@ class Search {
   }
 
  private:
-  struct KindOfShare {
-    Text name;
-    std::string todo;  // see TodoOf
-  };
   /// The same slip in every turn of a loop, or in the turns of one kind.
   void TryFamily(Rule rule, const Expression& way, const Family& family, const std::vector<KindOfShare>& kinds) {
     struct OfAll {

@@ -8,15 +8,6 @@
 namespace ch5::homework::right {
 namespace {
 
-using formula::Assembly;
-using formula::Matrix;
-using formula::MistakenFor;
-using formula::Named;
-using formula::Place;
-using formula::Share;
-using formula::Transpose;
-using formula::WrittenAt;
-
 // ---- the loops -------------------------------------------------------------------------------------------------------
 
 /// One turn of the innermost loop: the vertices i and j ≥ i of an edge, both free. b has those with j = i.
@@ -197,11 +188,22 @@ Expression SegmentOf(const Turn& t) {
     ++all;
     before += k < t.at_i;
   }
-  std::vector<formula::Instead> often;
+  std::vector<Instead> often;
   for (const int times : {all - before, before + 1, all, all - before + 1, before + 2}) {
-    often.push_back(Named(times * segment, "Σ_j " + formula::NameOf(segment)));
+    often.push_back(Named(times * segment, "Σ_j " + NameOf(segment)));
   }
-  return MistakenFor(Named(segment, formula::NameOf(segment)), often);
+  return MistakenFor(Named(segment, NameOf(segment)), often);
+}
+
+/// What a block is one of.
+std::vector<Text> KindsOfBlock(const Loop& loop, const Turn& t) {
+  const bool is_diagonal = t.at_i == t.at_j;
+  std::vector<Text> kinds = loop.parts_of ? loop.parts_of(t.v_i(), t.v_j()) : std::vector<Text>();
+  if (is_diagonal) kinds.insert(kinds.begin(), "assembly.blocks_ii");
+  if (t.is_mirrored) kinds.insert(kinds.begin(), "assembly.blocks_ji");
+  if (!is_diagonal) kinds.push_back("assembly.blocks_of_two_vertices");
+  if (!t.is_mirrored) kinds.push_back("assembly.blocks_ij");
+  return kinds;
 }
 
 }  // namespace
@@ -212,40 +214,18 @@ AssembledSystem::AssembledSystem(const Loop& loop) {
   std::vector<Share> to_H, to_b;
   std::set<std::pair<Eigen::Index, Eigen::Index>> taken;
   ForEachTurn(loop, Ends::kTurn, Ends::kTurn, [&](Turn t) {
-    const bool is_diagonal = t.at_i == t.at_j;
     const Text from = NameOf(t.edge(), t.number);
-    std::vector<Text> kinds = loop.parts_of ? loop.parts_of(t.v_i(), t.v_j()) : std::vector<Text>();
-    const auto of_kind = [&kinds](const char* kind) {
-      std::vector<Text> all = kinds;
-      all.insert(all.begin(), kind);
-      return all;
+    const Expression block = WrittenAt(loop.todo_block, BlockOf(t)),
+                     transposed = WrittenAt(loop.todo_mirror, Transpose(block));
+    const auto add = [&](const Expression& x, Turn* at) {
+      at->is_taken = !taken.insert({at->row, at->column}).second;
+      to_H.push_back({x, {at->row, at->column}, from, KindsOfBlock(loop, *at), wrong.PlacesOf(*at, false)});
     };
-    t.is_taken = !taken.insert({t.row, t.column}).second;
-    const Expression block = WrittenAt(loop.todo_block, BlockOf(t));
-    if (!is_diagonal) kinds.push_back("assembly.blocks_of_two_vertices");
-    kinds.push_back("assembly.blocks_ij");
-    to_H.push_back({WrittenAt(loop.todo_first, 1.0 * block),
-                    {t.row, t.column},
-                    from,
-                    is_diagonal ? of_kind("assembly.blocks_ii") : kinds,
-                    wrong.PlacesOf(t, false)});
-    kinds.pop_back();
-    if (is_diagonal) {
-      to_H.push_back({WrittenAt(loop.todo_mirror, Transpose(block)),
-                      kNowhere,  // its mirrored block is the same
-                      {},
-                      {},
-                      {{"assembly.diagonal_blocks_added_twice", {t.row, t.column}}}});
-      to_b.push_back({loop.sign_of_b * SegmentOf(t), {t.row, 0}, from, {}, wrong.PlacesOf(t, true)});
-      return;
-    }
-    Turn mirrored = t.Mirrored();
-    mirrored.is_taken = !taken.insert({t.column, t.row}).second;
-    to_H.push_back({WrittenAt(loop.todo_mirror, Transpose(block)),
-                    {t.column, t.row},
-                    from,
-                    of_kind("assembly.blocks_ji"),
-                    wrong.PlacesOf(mirrored, false)});
+    add(WrittenAt(loop.todo_first, 1.0 * block), &t);
+    if (Turn mirrored = t.Mirrored(); t.at_i != t.at_j) return add(transposed, &mirrored);
+    const Share::Elsewhere again{"assembly.diagonal_blocks_added_twice", {t.row, t.column}};
+    to_H.push_back({transposed, kNowhere, {}, {}, {again}});  // the mirrored block is the same one
+    to_b.push_back({loop.sign_of_b * SegmentOf(t), {t.row, 0}, from, {}, wrong.PlacesOf(t, true)});
   });
   H = {WrittenAt(loop.todo_first, Assembly("H", loop.size, loop.size, to_H))};
   b = {WrittenAt(loop.todo_b, Assembly("b", loop.size, 1, to_b))};

@@ -4,17 +4,6 @@
 
 namespace ch5::homework::right {
 
-using formula::Assembly;
-using formula::Inverse;
-using formula::Matrix;
-using formula::MistakenFor;
-using formula::Named;
-using formula::Share;
-using formula::Source;
-using formula::Stack;
-using formula::Transpose;
-using formula::Value;
-
 namespace {
 
 /// Which poses see which landmarks, and the blocks of both.

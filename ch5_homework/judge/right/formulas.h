@@ -12,9 +12,7 @@
 
 namespace ch5::homework::right {
 
-using formula::Expression;
-using formula::Formula;
-using formula::Part;
+using namespace formula;  // in whose words all of it is written
 
 /// The rows of each pose and landmark.
 std::vector<Part> PartsOf(const Ordering& ordering, bool numbered = false);
@@ -58,6 +56,13 @@ struct Prior {
   Prior(const System& moved, const System& given, int dim);
 };
 
+/// 5.1: InsertBlock, by which H and b₀ get `dim` rows of zeros from row `idx` on.
+struct OpenedTerm {
+  Formula H, b;
+
+  OpenedTerm(const MatXX& H, const VecX& b0, int idx, int dim);
+};
+
 /// 5.2: what goes has V and b_b, W beside what stays.
 struct SchurUpdate {
   Formula U, b_a;
@@ -75,6 +80,14 @@ struct SquareRoot {
 
 /// 5.4
 Formula Residual(const MatXX& J, const VecX& e0, const VecX& delta_chi);
+
+/// 6b: the first rows of all blocks, in order of id, then m and n: how often each block is counted there, times the sizes.
+struct Numbering {
+  Formula rows;
+
+  /// @param parameters  how many numbers a block has, which may be more than its size
+  Numbering(const VecX& sizes, const VecX& parameters, const std::vector<bool>& dropped);
+};
 
 /// 6d: what is left of A and b once the first m rows are dropped.
 struct KeptRows {

@@ -2,12 +2,6 @@
 
 namespace ch5::homework::right {
 
-using formula::Inverse;
-using formula::Matrix;
-using formula::MistakenFor;
-using formula::Named;
-using formula::Transpose;
-
 PoseRows::PoseRows(const Vec3& p, const Mat33& R_given, const MatXX& axes) {
   const auto hat = [](const char* name, const Vec3& a) { return Matrix(name, Hat(a)); };
   const Expression R = Matrix("R", R_given), I = Matrix("I", MatXX::Identity(3, 3)), E = Matrix("axes", axes);
@@ -15,7 +9,7 @@ PoseRows::PoseRows(const Vec3& p, const Mat33& R_given, const MatXX& axes) {
   const Vec3 phi = LogSO3(Qd(R_given));
 
   dp_dt = {I, {R, arm}};
-  std::vector<formula::Instead> turned;
+  std::vector<Instead> turned;
   for (const Expression& one : {R, Rt}) {
     const Text cause("4.R_stands_before_turn", {{"R", Word(NameOf(one))}});
     for (const double sign : {1.0, -1.0}) {
@@ -41,14 +35,14 @@ Formula Projection(const MatXX& U_given, const MatXX& V_given) {
 
 Formula MotionRows(const Mat33& R_given, int row, int dim, int columns) {
   const Expression R_z = Matrix("R_z", R_given), I = Matrix("I", Mat33::Identity());
-  std::vector<formula::Share> shares;
+  std::vector<Share> shares;
   for (int k = 0; k + 3 <= dim; k += 3) {
     const std::string at = "(" + std::to_string(k) + ", " + std::to_string(k) + ")";
     const Expression x = k == 0 ? MistakenFor(R_z, {I, I + R_z, R_z * R_z, -R_z}) : MistakenFor(I, {R_z});
     shares.push_back({x, {k, row + k}, {}, {{"formula.entries_of", {{"block", Word(at)}}}}});
   }
   if (dim < 3) shares.push_back({Matrix("I", MatXX::Identity(dim, dim)), {0, row}});
-  return {formula::Assembly("∂θ_C/∂θ", dim, columns, shares)};
+  return {Assembly("∂θ_C/∂θ", dim, columns, shares)};
 }
 
 Formula OfOtherGauge(const MatXX& covariance, const MatXX& motion, const MatXX& Q, const MatXX& Q_C) {

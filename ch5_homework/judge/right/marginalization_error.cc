@@ -2,21 +2,8 @@
 
 #include "ch5_backend/marginalize/square_root.h"
 #include "ch5_homework/judge/right/formulas.h"
-#include "ch5_homework/judge/right/opened_term.h"
 
 namespace ch5::homework::right {
-
-using formula::Assembly;
-using formula::Inverse;
-using formula::Matrix;
-using formula::Named;
-using formula::Place;
-using formula::Seen;
-using formula::Share;
-using formula::Source;
-using formula::Transpose;
-using formula::Value;
-using formula::WrittenAt;
 
 OpenedTerm::OpenedTerm(const MatXX& H_given, const VecX& b0_given, int idx, int dim) {
   const int size = static_cast<int>(b0_given.size()), tail = size - idx, end = idx + dim;

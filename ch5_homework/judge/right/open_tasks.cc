@@ -5,18 +5,6 @@
 
 namespace ch5::homework::right {
 
-using formula::Assembly;
-using formula::Instead;
-using formula::Inverse;
-using formula::Matrix;
-using formula::MistakenFor;
-using formula::Named;
-using formula::Place;
-using formula::Seen;
-using formula::Share;
-using formula::Transpose;
-using formula::Value;
-
 namespace {
 
 Expression Number(const char* name, double x, int size = 1) { return Matrix(name, x * MatXX::Identity(size, size)); }
@@ -108,16 +96,80 @@ Projection::Projection(const Transform& T_W_B, const Transform& T_B_C, const Vec
 
 // ---- 8c --------------------------------------------------------------------------------------------------------------
 
+namespace {
+
+// What the state's and the covariance's formulas have in common.
+struct ImuTerms {
+  Expression dt, half, I, R_0, Exp;
+
+  explicit ImuTerms(const ImuStep& step)
+      : dt(Number("dt", step.dt, 3)), half(Number("½", 0.5, 3)), I(Number("I", 1.0, 3)) {
+    const Qd &q = step.before.q, turn = ExpSO3(step.dt * step.w), middle = q * ExpSO3(0.5 * step.dt * step.w);
+    const MatXX given = q.toRotationMatrix(), at_end = (q * turn).toRotationMatrix();
+    const auto rotation = [](const MatXX& A) { return Matrix("R", A); };
+    R_0 = MistakenFor(rotation(given), {{rotation(at_end), "8.imu_turned_by_new"},
+                                        {rotation(0.5 * (given + at_end)), "8.imu_turned_by_new"},
+                                        {rotation(middle.toRotationMatrix()), "8.imu_turned_by_new"},
+                                        {rotation(Reordered(q)), "formula.quaternion_order"}});
+    const auto exp = [&](double times) { return Matrix("Exp(ω dt)", ExpSO3(times * step.w).toRotationMatrix()); };
+    const Vec3 angles = 0.5 * step.dt * step.w;
+    const Qd small = Qd(1.0, angles.x(), angles.y(), angles.z()).normalized();
+    Exp = MistakenFor(exp(step.dt), {{exp(1.0), "8.imu_rate_without_dt"},
+                                     {exp(0.5 * step.dt), "8.imu_half_turn"},
+                                     {exp(2.0 * step.dt), "8.imu_double_turn"},
+                                     {rotation(small.toRotationMatrix()), "8.imu_small_turn"}});
+  }
+};
+
+Share Block(const Expression& x, const Place& at, const std::vector<Text>& kinds, const Place& elsewhere,
+            const Text& where = "8.A_arm_at_mirror_place") {
+  return {x, at, {}, kinds, {{where, elsewhere}}};
+}
+
+// A
+Expression Transition(const ImuStep& step, const ImuTerms& terms) {
+  const auto& [dt, half, I, R_0, Exp] = terms;
+  const Expression R_arm = MistakenFor(Named(R_0 * Matrix("[a]", Hat(step.a)), "R [a]"),
+                                       {{Matrix("[R a]", Hat(step.before.q * step.a)), "8.A_left_perturbation"}});
+  const Expression first_order = Matrix("I − [ω] dt", MatXX::Identity(3, 3) - step.dt * Hat(step.w));
+  const Expression turns = MistakenFor(Named(Transpose(Exp), "Exp(ω dt)ᵀ"),
+                                       {{first_order, "8.A_turn_to_first_order"}, {I, "8.A_without_turn"}});
+  const Text arms = EntriesOf("∂[δp', δv']/∂δθ");
+  return Assembly("A", 9, 9,
+                  {{I, {0, 0}, {}, {EntriesOf("∂δp'/∂δp")}},
+                   Block(-(half * dt * dt * R_arm), {0, 3}, {arms, EntriesOf("∂δp'/∂δθ")}, {3, 0}),
+                   Block(dt, {0, 6}, {EntriesOf("∂δp'/∂δv")}, {6, 0}, "8.A_block_at_mirror_place"),
+                   {turns, {3, 3}, {}, {EntriesOf("∂δθ'/∂δθ")}},
+                   Block(-(dt * R_arm), {6, 3}, {arms, EntriesOf("∂δv'/∂δθ")}, {3, 6}),
+                   {I, {6, 6}, {}, {EntriesOf("∂δv'/∂δv")}}});
+}
+
+// B
+Expression NoiseToError(const ImuStep& step, const ImuTerms& terms) {
+  const Text of_a = EntriesOf("∂[δp', δv']/∂n_a");
+  const Expression &dt = terms.dt, J_r = Matrix("J_r", RightJacobianSO3(step.dt * step.w));
+  return Assembly("B", 9, 6,
+                  {{terms.half * dt * dt * terms.R_0, {0, 0}, {}, {of_a, EntriesOf("∂δp'/∂n_a")}},
+                   Block(dt * J_r, {3, 3}, {EntriesOf("∂δθ'/∂n_g")}, {3, 0}, "8.B_columns"),
+                   {dt * terms.R_0, {6, 0}, {}, {of_a, EntriesOf("∂δv'/∂n_a")}}});
+}
+
+// Q
+Expression Noise(const ImuStep& step, const Expression& dt) {
+  const auto variance = [&](double sigma, double other, int at, const char* name) {
+    const Expression s = MistakenFor(Number("σ", sigma, 3), {{Number("σ", other, 3), "8.sigmas_exchanged"}});
+    return Share{s * s * Inverse(dt), {at, at}, {}, {EntriesOf(name)}};
+  };
+  return Assembly("Q", 6, 6,
+                  {variance(step.sigma_a, step.sigma_g, 0, "Q_a"), variance(step.sigma_g, step.sigma_a, 3, "Q_g")});
+}
+
+}  // namespace
+
 Integrated::Integrated(const ImuStep& step) {
-  const Qd &q = step.before.q, turn = ExpSO3(step.dt * step.w), middle = q * ExpSO3(0.5 * step.dt * step.w);
-  const MatXX given = q.toRotationMatrix(), at_end = (q * turn).toRotationMatrix(), I = MatXX::Identity(3, 3);
-  const Expression dt = Number("dt", step.dt, 3), half = Number("½", 0.5, 3);
-  const auto rotation = [](const MatXX& A, const char* name = "R") { return Matrix(name, A); };
-  const Expression R_0 = MistakenFor(rotation(given), {{rotation(at_end), "8.imu_turned_by_new"},
-                                                       {rotation(0.5 * (given + at_end)), "8.imu_turned_by_new"},
-                                                       {rotation(middle.toRotationMatrix()), "8.imu_turned_by_new"},
-                                                       {rotation(Reordered(q)), "formula.quaternion_order"}});
-  const Expression a = Matrix("a", step.a), gravity = Matrix("g", 9.81 * Vec3::UnitZ()), R_a = R_0 * a;
+  const ImuTerms terms(step);
+  const auto& [dt, half, I, R_0, Exp] = terms;
+  const Expression R_a = R_0 * Matrix("a", step.a), gravity = Matrix("g", 9.81 * Vec3::UnitZ());
   const Expression turned =
       MistakenFor(Named(R_a, "R a"), {{R_a - gravity, "8.imu_gravity_added"}, {R_a + gravity, "8.imu_gravity_added"}});
   const Expression velocity = Matrix("v", step.before.v), v_end = Named(velocity + dt * R_a, "v'");
@@ -125,48 +177,13 @@ Integrated::Integrated(const ImuStep& step) {
   p = {Matrix("p", step.before.p) + dt * MistakenFor(velocity, {{v_end, "8.imu_velocity_first"}}) +
        half * dt * dt * turned};
   v = {velocity + dt * turned};
-  const auto exp = [&](double times) { return rotation(ExpSO3(times * step.w).toRotationMatrix(), "Exp(ω dt)"); };
-  const Vec3 angles = 0.5 * step.dt * step.w;
-  const Qd small = Qd(1.0, angles.x(), angles.y(), angles.z()).normalized();
-  const Expression Exp = MistakenFor(exp(step.dt), {{exp(1.0), "8.imu_rate_without_dt"},
-                                                    {exp(0.5 * step.dt), "8.imu_half_turn"},
-                                                    {exp(2.0 * step.dt), "8.imu_double_turn"},
-                                                    {rotation(small.toRotationMatrix()), "8.imu_small_turn"}});
   R = {R_0 * Exp};
 
-  const Expression R_arm = MistakenFor(Named(R_0 * Matrix("[a]", Hat(step.a)), "R [a]"),
-                                       {{Matrix("[R a]", Hat(q * step.a)), "8.A_left_perturbation"}});
-  const Expression first_order = Matrix("I − [ω] dt", I - step.dt * Hat(step.w));
-  const Expression turns = MistakenFor(Named(Transpose(Exp), "Exp(ω dt)ᵀ"),
-                                       {{first_order, "8.A_turn_to_first_order"}, {rotation(I), "8.A_without_turn"}});
-  const Text arms = EntriesOf("∂[δp', δv']/∂δθ"), of_a = EntriesOf("∂[δp', δv']/∂n_a");
-  const auto block = [](const Expression& x, const Place& at, const std::vector<Text>& kinds, const Place& elsewhere,
-                        const Text& where = "8.A_arm_at_mirror_place") {
-    return Share{x, at, {}, kinds, {{where, elsewhere}}};
-  };
-  const Expression transition =
-      Assembly("A", 9, 9,
-               {{rotation(I, "I"), {0, 0}, {}, {EntriesOf("∂δp'/∂δp")}},
-                block(-(half * dt * dt * R_arm), {0, 3}, {arms, EntriesOf("∂δp'/∂δθ")}, {3, 0}),
-                block(dt, {0, 6}, {EntriesOf("∂δp'/∂δv")}, {6, 0}, "8.A_block_at_mirror_place"),
-                {turns, {3, 3}, {}, {EntriesOf("∂δθ'/∂δθ")}},
-                block(-(dt * R_arm), {6, 3}, {arms, EntriesOf("∂δv'/∂δθ")}, {3, 6}),
-                {rotation(I, "I"), {6, 6}, {}, {EntriesOf("∂δv'/∂δv")}}});
-  const Expression J_r = Matrix("J_r", RightJacobianSO3(step.dt * step.w));
-  const Expression of_noise = Assembly("B", 9, 6,
-                                       {{half * dt * dt * R_0, {0, 0}, {}, {of_a, EntriesOf("∂δp'/∂n_a")}},
-                                        block(dt * J_r, {3, 3}, {EntriesOf("∂δθ'/∂n_g")}, {3, 0}, "8.B_columns"),
-                                        {dt * R_0, {6, 0}, {}, {of_a, EntriesOf("∂δv'/∂n_a")}}});
+  const Expression transition = Transition(step, terms), of_noise = NoiseToError(step, terms), noise = Noise(step, dt),
+                   uncertain = Matrix("P", step.before.covariance);
   MatXX two_signs = Value(of_noise);  // which of the two is wrong cannot be seen
   two_signs.topRows(3) *= -1.0;
   const Expression noise_to_error = MistakenFor(of_noise, {{Matrix("B", two_signs), "8.B_two_signs"}});
-  const auto variance = [&](double sigma, double other, int at, const char* name) {
-    const Expression s = MistakenFor(Number("σ", sigma, 3), {{Number("σ", other, 3), "8.sigmas_exchanged"}});
-    return Share{s * s * Inverse(dt), {at, at}, {}, {EntriesOf(name)}};
-  };
-  const Expression noise = Assembly(
-      "Q", 6, 6, {variance(step.sigma_a, step.sigma_g, 0, "Q_a"), variance(step.sigma_g, step.sigma_a, 3, "Q_g")});
-  const Expression uncertain = Matrix("P", step.before.covariance);
   covariance = {Named(transition * uncertain * Transpose(transition), "A P Aᵀ") +
                 noise_to_error * noise * Transpose(noise_to_error)};
   A = Value(transition), P = Value(uncertain), B = Value(of_noise), Q = Value(noise);

@@ -9,17 +9,6 @@
 
 namespace ch5::homework::right {
 
-using formula::Instead;
-using formula::Inverse;
-using formula::Matrix;
-using formula::MistakenFor;
-using formula::Named;
-using formula::Source;
-using formula::Stack;
-using formula::Transpose;
-using formula::Value;
-using formula::WrittenAt;
-
 SchurSolve::SchurSolve(const System& system, const Ordering& ordering, double lambda, Damping damping) {
   const int p = ordering.dim_poses, n = ordering.Size(), m = n - p;
   const Damping other = damping == Damping::kIdentity ? Damping::kDiagonal : Damping::kIdentity;
@@ -52,20 +41,26 @@ SchurSolve::SchurSolve(const System& system, const Ordering& ordering, double la
 namespace {
 
 /// What `order` makes of rows, as a matrix.
-Expression Picked(const Order& order, const std::string& name = "P") {
+Expression Picked(const Order& order) {
   const auto n = static_cast<Eigen::Index>(order.size());
   MatXX P = MatXX::Zero(n, n);
   for (Eigen::Index k = 0; k < n; ++k) P(k, order[static_cast<size_t>(k)]) = 1.0;
-  return Matrix(name, P);
+  return Matrix("P", P);
+}
+
+Order AsGiven(int n) {
+  Order order(static_cast<size_t>(n));
+  std::iota(order.begin(), order.end(), 0);
+  return order;
 }
 
 /// Where rows may land by mistake: `rows` is what moves, "2.rows", "2.columns" or "2.entries_b".
 std::vector<Instead> WrongOrders(const Order& right, int idx, int dim, const Text& rows) {
   const int n = static_cast<int>(right.size()), tail = n - idx - dim;
-  Order given(right.size());
-  std::iota(given.begin(), given.end(), 0);
-  const auto place = [n](Order* order, int at, int first, int count) {  // rows first, first + 1, … land at `at`
-    for (int k = 0; k < count && at + count <= n; ++k) (*order)[static_cast<size_t>(at + k)] = first + k;
+  const Order given = AsGiven(n);
+  const auto placed = [n](Order order, int at, int first, int count) {  // rows first, first + 1, … land at `at`
+    for (int k = 0; k < count && at + count <= n; ++k) order[static_cast<size_t>(at + k)] = first + k;
+    return order;
   };
   std::vector<Instead> wrong;
   const auto add = [&](const char* cause, const Order& order) {
@@ -83,19 +78,12 @@ std::vector<Instead> WrongOrders(const Order& right, int idx, int dim, const Tex
   add("2.swapped_with_neighbor", neighbor);
   add("2.one_by_one", one_by_one);
   add("2.reverse_order", backwards);
-  Order up = given, own = given;  // the others alone move up; or the variable alone moves
-  place(&up, idx, idx + dim, tail);
-  place(&own, n - dim, idx, dim);
+  const Order up = placed(given, idx, idx + dim, tail);  // the others alone move up
   add("2.variable_lost", up);
-  add("2.others_not_moved_up", own);
-  const auto add_moved = [&](const char* cause, int at, int first, int count) {
-    Order order = up;
-    place(&order, at, first, count);
-    add(cause, order);
-  };
-  add_moved("2.lands_at_idx_plus_dim", idx + dim, idx, dim);
-  add_moved("2.written_over_first", 0, idx, dim);
-  for (int at = n - dim; at < n; ++at) add_moved("2.first_alone", at, idx, 1);
+  add("2.others_not_moved_up", placed(given, n - dim, idx, dim));
+  add("2.lands_at_idx_plus_dim", placed(up, idx + dim, idx, dim));
+  add("2.written_over_first", placed(up, 0, idx, dim));
+  for (int at = n - dim; at < n; ++at) add("2.first_alone", placed(up, at, idx, 1));
   Order overwritten = up;
   std::copy_n(up.begin() + idx, dim, overwritten.end() - dim);
   add("2.read_after_overwriting", overwritten);
@@ -108,8 +96,7 @@ std::vector<Instead> WrongOrders(const Order& right, int idx, int dim, const Tex
 }
 
 Order OrderOf(int n, int idx, int dim, bool exchanging) {
-  Order order(static_cast<size_t>(n));
-  std::iota(order.begin(), order.end(), 0);
+  Order order = AsGiven(n);
   const auto begin = order.begin() + idx;
   if (exchanging) {
     for (int k = dim - 1; k >= 0; --k) std::swap(begin[k], order[static_cast<size_t>(n - dim + k)]);

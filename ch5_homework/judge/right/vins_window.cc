@@ -3,19 +3,8 @@
 #include "ch5_homework/judge/right/formulas.h"
 
 #include "ch5_backend/marginalize/square_root.h"
-#include "ch5_homework/judge/right/numbering.h"
 
 namespace ch5::homework::right {
-
-using formula::Instead;
-using formula::Inverse;
-using formula::Matrix;
-using formula::MistakenFor;
-using formula::Named;
-using formula::Seen;
-using formula::Source;
-using formula::Transpose;
-using formula::Value;
 
 namespace {
 
@@ -36,10 +25,6 @@ struct CutEigen {
     S_pinv = counts.select(eigen.S.cwiseInverse(), 0.0);
   }
 };
-
-}  // namespace
-
-namespace {
 
 /// Which blocks count where, as a matrix of numbers of times.
 class Counts {

@@ -8,13 +8,11 @@ namespace {
 // ---- stage 1.1 -------------------------------------------------------------------------------------------------------
 
 void OneEdge(GraphScene* s) {
-  s->random = Random(Seed(11));
   s->poses = AddPoses(&s->graph, 2);
   AddRandomEdge<4>(&s->graph, &s->random, s->poses[0], s->poses[1]);
 }
 
 void OnePair(GraphScene* s) {
-  s->random = Random(Seed(12));
   const auto& poses = s->poses = AddPoses(&s->graph, 3);
   for (int k = 0; k < 3; ++k) AddRandomEdge<4>(&s->graph, &s->random, poses[0], poses[2]);
   AddRandomEdge<6>(&s->graph, &s->random, poses[2], poses[0]);  // the vertices in the other order
@@ -50,7 +48,6 @@ void Chain(GraphScene* s) {
 }
 
 void PointsAndADepth(GraphScene* s) {
-  s->random = Random(Seed(14));
   const auto& points = s->points = AddPoints(&s->graph, 2);  // smaller ids than the poses, later rows
   const auto& poses = s->poses = AddPoses(&s->graph, 3);
   const auto depths = AddInverseDepths(&s->graph, 1);
@@ -62,7 +59,6 @@ void PointsAndADepth(GraphScene* s) {
 }
 
 void FixedVertices(GraphScene* s) {
-  s->random = Random(Seed(15));
   const auto& poses = s->poses = AddPoses(&s->graph, 4);
   const auto& points = s->points = AddPoints(&s->graph, 3);
   poses[0]->SetFixed();
@@ -75,7 +71,6 @@ void FixedVertices(GraphScene* s) {
 }
 
 void CauchyLosses(GraphScene* s) {
-  s->random = Random(Seed(16));
   s->poses = AddPoses(&s->graph, 2);
   s->points = AddPoints(&s->graph, 2);
   for (const auto& point : s->points) {
@@ -94,7 +89,6 @@ void EdgesOfOneVertex(GraphScene* s) {
   AddPoses(&s->graph, s->GetSizes().at(1));
   AddInverseDepths(&s->graph, s->GetSizes().at(2));
   AddPoints(&s->graph, s->GetSizes().at(3));
-  s->random = Random(Seed(21));
   for (const auto& vertex : s->graph.Vertices()) {
     if (auto pose = std::dynamic_pointer_cast<VertexPose>(vertex)) AddRandomEdge<1>(&s->graph, &s->random, pose);
     if (auto depth = std::dynamic_pointer_cast<VertexInverseDepth>(vertex)) {
@@ -110,7 +104,6 @@ void EdgesOfOneVertex(GraphScene* s) {
 
 // Vertices in this order: 3 poses, 2 points, 2 inverse depths.
 void PosesAndLandmarks(GraphScene* s) {
-  s->random = Random(Seed(61));
   const auto& poses = s->poses = AddPoses(&s->graph, 3);
   s->points = AddPoints(&s->graph, 2);
   const auto depths = AddInverseDepths(&s->graph, 2);
@@ -134,7 +127,6 @@ struct FittingEdge : RandomEdge<3, VertexPose, VertexPose> {
 // Five poses; point k is seen by poses k and k + 1, the last point by poses 4, 2 and 0, in this order. Every vertex has
 // an edge of its own, so that H is positive definite.
 void Row(GraphScene* s) {
-  s->random = Random(Seed(71));
   const auto& points = s->points = AddPoints(&s->graph, 5);  // smaller ids than the poses, later rows
   const auto& poses = s->poses = AddPoses(&s->graph, 5);
   poses[1]->SetFixed(s->GetSizes().at(0) > 0);
@@ -157,14 +149,12 @@ void LightRow(GraphScene* s) {
 }
 
 void WithoutLandmarks(GraphScene* s) {
-  s->random = Random(Seed(72));
   s->poses = AddPoses(&s->graph, 3);
   for (const auto& pose : s->poses) AddRandomEdge<6>(&s->graph, &s->random, pose);
   AddRandomEdge<2>(&s->graph, &s->random, s->poses[2], s->poses[0]);
 }
 
 void MixedLandmarks(GraphScene* s) {
-  s->random = Random(Seed(73));
   const auto& poses = s->poses = AddPoses(&s->graph, 3);
   const auto depths = AddInverseDepths(&s->graph, 3);
   s->points = AddPoints(&s->graph, 2);
@@ -178,7 +168,6 @@ void MixedLandmarks(GraphScene* s) {
 
 // A speed with its biases, nine rows, between poses of six. Every vertex has an edge of its own.
 void PosesOfTwoSizes(GraphScene* s) {
-  s->random = Random(Seed(75));
   s->poses = AddPoses(&s->graph, 1);
   const auto speed = AddVertices<VertexSpeedBias>(&s->graph, 1, [] { return std::make_shared<VertexSpeedBias>(); })[0];
   for (const auto& pose : AddPoses(&s->graph, 2)) s->poses.push_back(pose);
@@ -192,19 +181,19 @@ void PosesOfTwoSizes(GraphScene* s) {
   AddRandomEdge<6>(&s->graph, &s->random, s->poses[0], speed, s->poses[1]);
 }
 
-[[maybe_unused]] const bool added = GraphScene::Add({{"one edge", &OneEdge},
-                                                     {"one pair", &OnePair},
+[[maybe_unused]] const bool added = GraphScene::Add({{"one edge", &OneEdge, 11},
+                                                     {"one pair", &OnePair, 12},
                                                      {"chain", &Chain},
-                                                     {"points and a depth", &PointsAndADepth},
-                                                     {"fixed vertices", &FixedVertices},
-                                                     {"Cauchy losses", &CauchyLosses},
-                                                     {"edges of one vertex", &EdgesOfOneVertex},
-                                                     {"poses and landmarks", &PosesAndLandmarks},
-                                                     {"row", &Row},
-                                                     {"light row", &LightRow},
-                                                     {"without landmarks", &WithoutLandmarks},
-                                                     {"mixed landmarks", &MixedLandmarks},
-                                                     {"poses of two sizes", &PosesOfTwoSizes}});
+                                                     {"points and a depth", &PointsAndADepth, 14},
+                                                     {"fixed vertices", &FixedVertices, 15},
+                                                     {"Cauchy losses", &CauchyLosses, 16},
+                                                     {"edges of one vertex", &EdgesOfOneVertex, 21},
+                                                     {"poses and landmarks", &PosesAndLandmarks, 61},
+                                                     {"row", &Row, 71},
+                                                     {"light row", &LightRow, 71},
+                                                     {"without landmarks", &WithoutLandmarks, 72},
+                                                     {"mixed landmarks", &MixedLandmarks, 73},
+                                                     {"poses of two sizes", &PosesOfTwoSizes, 75}});
 
 }  // namespace
 }  // namespace ch5::homework

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <numeric>
 #include <stdexcept>
 
 namespace ch5::homework {
@@ -12,19 +13,14 @@ std::map<std::string, Scene::Maker>& Makers() {
   return makers;
 }
 
-std::map<std::string, GraphScene::Build>& Builds() {
-  static std::map<std::string, GraphScene::Build> builds;
-  return builds;
+std::map<std::string, GraphScene::Kind>& Kinds() {
+  static std::map<std::string, GraphScene::Kind> kinds;
+  return kinds;
 }
 
 }  // namespace
 
 // ---- scenes ----------------------------------------------------------------------------------------------------------
-
-void Scene::Step() {
-  ++steps_;
-  NextStep();
-}
 
 std::unique_ptr<Scene> Scene::Make(const std::string& name, const Sizes& sizes) {
   const auto maker = Makers().find(name);
@@ -75,12 +71,15 @@ std::unique_ptr<Scene> Scene::Make(const Values& given) {
 
 bool Scene::Add(const std::string& name, Maker maker) { return Makers().emplace(name, maker).second; }
 
-GraphScene::GraphScene(const std::string& name, const Sizes& sizes) : Scene(name, sizes) { Builds().at(name)(this); }
+GraphScene::GraphScene(const std::string& name, const Sizes& sizes)
+    : Scene(name, sizes), random(Seed(Kinds().at(name).seed)) {
+  Kinds().at(name).build(this);
+}
 
-bool GraphScene::Add(const std::vector<std::pair<std::string, Build>>& scenes) {
-  for (const auto& [name, build] : scenes) {
-    Builds()[name] = build;
-    Scene::Add(name, [](const std::string& one, const Sizes& sizes) -> std::unique_ptr<Scene> {
+bool GraphScene::Add(const std::vector<Kind>& kinds) {
+  for (const Kind& kind : kinds) {
+    Kinds().emplace(kind.name, kind);
+    Scene::Add(kind.name, [](const std::string& one, const Sizes& sizes) -> std::unique_ptr<Scene> {
       return std::make_unique<GraphScene>(one, sizes);
     });
   }
@@ -112,6 +111,11 @@ std::vector<std::shared_ptr<VertexInverseDepth>> AddInverseDepths(Graph* graph, 
 
 std::vector<std::shared_ptr<VertexPointXYZ>> AddPoints(Graph* graph, int count) {
   return AddVertices<VertexPointXYZ>(graph, count, [] { return std::make_shared<VertexPointXYZ>(Vec3(1, 2, 5)); });
+}
+
+int RowsOf(const VertexList& vertices) {
+  return std::accumulate(vertices.begin(), vertices.end(), 0,
+                         [](int rows, const auto& vertex) { return rows + vertex->LocalDimension(); });
 }
 
 }  // namespace ch5::homework

@@ -38,10 +38,6 @@ class Scene {
   virtual VertexList Vertices() { return GetGraph().Vertices(); }
   virtual EdgeList Edges() { return GetGraph().Edges(); }
 
-  /// Goes on to the scene's next state, as both sides do.
-  void Step();
-  int Steps() const { return steps_; }
-
   /// @throws std::invalid_argument if there is no scene of this name
   static std::unique_ptr<Scene> Make(const std::string& name, const Sizes& sizes);
 
@@ -58,11 +54,8 @@ class Scene {
   static bool Add(const std::string& name, Maker maker);
 
  private:
-  virtual void NextStep() {}
-
   std::string name_;
   Sizes sizes_;
-  int steps_ = 0;
 };
 
 template <typename S>
@@ -80,12 +73,16 @@ class GraphScene : public Scene {
   Graph& GetGraph() override { return graph; }
   VertexList Vertices() override { return vertices.empty() ? graph.Vertices() : vertices; }
 
-  using Build = void (*)(GraphScene* scene);
+  struct Kind {
+    const char* name;
+    void (*build)(GraphScene* scene);
+    uint64_t seed = 0;  ///< of its random numbers, unless its sizes set it
+  };
   /// Before main.
-  static bool Add(const std::vector<std::pair<std::string, Build>>& scenes);
+  static bool Add(const std::vector<Kind>& kinds);
 
   Graph graph;
-  Random random{0};  ///< goes on where the function has left off
+  Random random;  ///< goes on where the function has left off
   std::vector<std::shared_ptr<VertexPose>> poses;
   std::vector<std::shared_ptr<VertexPointXYZ>> points;
   VertexList vertices;  ///< where they are in no graph, or in another order than in the graph
@@ -138,6 +135,9 @@ std::vector<std::shared_ptr<V>> AddVertices(Graph* graph, int count, Maker make)
 std::vector<std::shared_ptr<VertexPose>> AddPoses(Graph* graph, int count);
 std::vector<std::shared_ptr<VertexInverseDepth>> AddInverseDepths(Graph* graph, int count);
 std::vector<std::shared_ptr<VertexPointXYZ>> AddPoints(Graph* graph, int count);
+
+/// All rows of their increments together.
+int RowsOf(const VertexList& vertices);
 
 template <int R, typename... V>
 void AddRandomEdge(Graph* graph, Random* random, std::shared_ptr<V>... vertices) {

@@ -51,11 +51,8 @@ bool UseAll(const Window&, const WindowLandmark& landmark) { return landmark.see
 std::shared_ptr<EdgePrior> PriorOn(const VertexList& vertices) {
   Prior prior;
   prior.vertices = vertices;
-  int size = 0;
-  for (const auto& vertex : vertices) {
-    prior.x0.push_back(vertex->Parameters());
-    size += vertex->LocalDimension();
-  }
+  for (const auto& vertex : vertices) prior.x0.push_back(vertex->Parameters());
+  const int size = RowsOf(vertices);
   prior.J = 10.0 * MatXX::Identity(size, size);
   prior.r0 = VecX::Constant(size, 0.01);
   return std::make_shared<EdgePrior>(std::move(prior));
@@ -137,10 +134,10 @@ const std::map<std::string, void (*)(Window*)>& Builds() {
 
 WindowScene::WindowScene(const std::string& name) : Scene(name, {}), random_(Seed(68)) { Builds().at(name)(&window); }
 
-void WindowScene::NextStep() {
-  if (Steps() > 1) AddFrame(&window);
+void WindowScene::Step() {
+  if (++steps_ > 1) AddFrame(&window);
   const double x = random_.Uniform(0, 3), y = random_.Uniform(-1, 1);
-  See(10 + Steps(), Vec3(x, y, 6.0), 1, 5, &window);
+  See(10 + steps_, Vec3(x, y, 6.0), 1, 5, &window);
   TriangulateLandmarks(&window);
   BuildGraph({}, UseAll, &window);
 }

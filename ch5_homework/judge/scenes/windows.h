@@ -29,12 +29,14 @@ class WindowScene : public Scene {
   Graph& GetGraph() override { return window.graph; }
   VertexList Vertices() override { return VerticesOf(window); }
 
+  /// Goes on to the scene's next state, as both sides do.
+  void Step();
+
   Window window;
 
  private:
-  void NextStep() override;
-
   Random random_;
+  int steps_ = 0;
 };
 
 }  // namespace ch5::homework
