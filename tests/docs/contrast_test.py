@@ -49,12 +49,10 @@ def weak_words(css, *media):
 
 
 def by_night(css):
-    """color -> what page.css makes of it in a figure, as the Filter Effects Module defines both functions."""
-    share, turn = map(float, re.search(r"invert\(([.\d]+)\) hue-rotate\((\d+)deg\)", rules(css, "screen", "dark")["figure img"]["filter"]).groups())
-    gray, cosine, sine = np.array([0.213, 0.715, 0.072]), np.cos(np.radians(turn)), np.sin(np.radians(turn))
-    skew = np.array([[-0.213, -0.715, 0.928], [0.143, 0.140, -0.283], [-0.787, 0.715, 0.072]])
-    rotate = gray + cosine * (np.eye(3) - gray) + sine * skew
-    return lambda color: np.clip(rotate @ (share + (1 - 2 * share) * np.array(to_rgb(color))), 0, 1)
+    """color -> what page.css makes of it in a figure: half a turn of the hue mirrors it at the gray of its lightness."""
+    share = float(re.fullmatch(r"invert\(([.\d]+)\) hue-rotate\(180deg\)", rules(css, "screen", "dark")["figure img"]["filter"])[1])
+    turn = 2 * np.array([0.213, 0.715, 0.072]) - np.eye(3)
+    return lambda color: np.clip(turn @ (share + (1 - 2 * share) * np.array(to_rgb(color))), 0, 1)
 
 
 class Contrast(unittest.TestCase):
