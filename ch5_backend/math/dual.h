@@ -12,8 +12,8 @@ namespace ch5 {
 /// ∂f/∂x by N unknowns, in whole registers: at plain -O2 a compiler would take small matrices number by number.
 template <int N>
 struct Gradient {
-  static constexpr int kParts = Padded(N) / kLanes;
-  Lanes part[kParts];
+  static constexpr size_t kParts = static_cast<size_t>(Padded(N)) / kLanes;
+  LanesInMemory part[kParts];
 
   CH5_INLINE double operator[](int k) const { return part[k / kLanes][k % kLanes]; }
 
@@ -21,13 +21,13 @@ struct Gradient {
   CH5_INLINE friend Gradient Combined(double a, const Gradient& f, double b, const Gradient& g) {
     Gradient sum;
     CH5_UNROLL
-    for (int i = 0; i < kParts; ++i) sum.part[i] = a * f.part[i] + b * g.part[i];
+    for (size_t i = 0; i < kParts; ++i) sum.part[i] = a * f.part[i] + b * g.part[i];
     return sum;
   }
   CH5_INLINE friend Gradient operator*(double a, const Gradient& f) {
     Gradient scaled;
     CH5_UNROLL
-    for (int i = 0; i < kParts; ++i) scaled.part[i] = a * f.part[i];
+    for (size_t i = 0; i < kParts; ++i) scaled.part[i] = a * f.part[i];
     return scaled;
   }
 };
