@@ -225,7 +225,8 @@ struct Call {
 };
 
 void CheckCall(const Solved& got, const Call& call, const Graph& graph, const Text& scene) {
-  const auto [lambda, damping] = call;
+  const double lambda = call.lambda;  // bound names may not enter a lambda
+  const Damping damping = call.damping;
   const auto& [solved, delta_x, b_S, b, S, H] = got;
   const Ordering ordering = MakeOrdering(graph);
   const System system = StackedNormalEquations(graph, ordering.Size());
