@@ -53,7 +53,7 @@ def ray_facts(tables):
 def peer_facts(tables):
     """Beside the peers, over all problems of a kind."""
     rows = kept(tables)
-    found = {"peers.processor": rows[0]["processor"], "peers.date": rows[0]["date"], "peers.load": f"{rows[0]['load']:.0f}"}
+    found = {"peers.processor": rows[0]["processor"], "peers.date": "/".join(sorted({row["date"] for row in rows})), "peers.load": f"{rows[0]['load']:.0f}"}
     for (kind, setting, question), span in spans(rows).items():
         column = {SAME: "same", AT_BEST: "best", VINS: "vins", LDLT: "ldlt"}[setting]
         if question in ("to 0.1 %", "total"):
