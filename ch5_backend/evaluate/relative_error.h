@@ -14,7 +14,7 @@ struct RelativeError {
   double path = 0.0;           ///< length of the truth's path over the compared states, the estimate's in its gaps [m]
   double end = 0.0;            ///< distance of the ends when position and yaw agree at the beginning [m]
 
-  /// `end` in percent of the path; NaN at rest, where less than a centimetre of it is the truth's own rounding and noise.
+  /// `end` in percent of the path; NaN at rest, where less than a centimeter of it is the truth's own rounding and noise.
   double DriftPercent() const { return path > 0.01 ? 100.0 * end / path : std::numeric_limits<double>::quiet_NaN(); }
 };
 

@@ -35,7 +35,7 @@ def iterations(directory, say):
             now = min(k, len(of) - 1)  # a scene that has converged stays as it is
             cost.dots(of["iteration"][now:now + 1], ratio[scene][now:now + 1], color, k)
             rows.append((k, say(f"scene.{scene}"), f"{now}" if now == k else say("iteration.done", k=now),
-                         number(of["cost"][now], 6), *(number(of[name][now]) if now else "–" for name in ("lambda", "gain_ratio", "step_norm")),
+                         number(of["cost"][now], 6), *(number(of[name][now]) if now else MISSING for name in ("lambda", "gain_ratio", "step_norm")),
                          number(of["gradient_max"][now])))
     return player("iteration", say("iteration.title"), say("iteration.words"),
                   [say("iteration.of", k=k) for k in range(last + 1)], 0,

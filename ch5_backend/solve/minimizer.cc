@@ -204,9 +204,8 @@ class Run {
   void StopAtTheSameCost(double predicted) {
     if (predicted > kVisible * cost_) {
       Stop(Termination::kNoDecrease, "a step of |dx| = ", info_.step_norm,
-           " leaves the cost as it is where the Jacobians say that it falls; does a residual read its vertex, and does "
-           "its "
-           "Plus move it?");
+           " leaves the cost as it is where the Jacobians say that it falls; ",
+           "does a residual read its vertex, and does its Plus move it?");
     } else {
       Stop(Termination::kCostConverged, "a step of |dx| = ", info_.step_norm, " leaves the cost as it is");
     }

@@ -68,8 +68,8 @@ class VinsPolicy : public WindowPolicy {
                                : DropSetOfMarginSecondNew(*window);
     if (!options_.reuse_observations && is_old) UseObservationsOnce(window, &drop);
     // A prior that own edges have begun need not be at the oldest frame.
-    const bool leaves_prior = !drop.edges.empty() && window->prior && !Contains(drop.edges, window->prior);
-    if (leaves_prior) drop.edges.push_back(window->prior);
+    const bool has_prior = std::find(drop.edges.begin(), drop.edges.end(), window->prior) != drop.edges.end();
+    if (!drop.edges.empty() && window->prior && !has_prior) drop.edges.push_back(window->prior);
     if (!drop.edges.empty()) ReplacePrior(drop.edges, drop.vertices, window);
     SlideWindow(flag_, window);
     window->frames.back().prior_has_imu |= keeps_own;
@@ -78,19 +78,13 @@ class VinsPolicy : public WindowPolicy {
   size_t MostFrames() const override { return static_cast<size_t>(options_.window_size); }
 
  private:
-  template <typename All, typename One>
-  static bool Contains(const All& all, const One& one) {
-    return std::find(all.begin(), all.end(), one) != all.end();
-  }
-
   // Whether the second newest frame cannot be left out as an image is: an edge of one's own is there, or the prior has
   // the IMU before it already.
   static bool SecondNewestHasOwn(const Window& window) {
     const Frame& second = window.frames[window.frames.size() - 2];
-    const std::vector<std::shared_ptr<Vertex>> states{second.pose, second.speed_bias};
+    const auto is_its = [&](const auto& vertex) { return vertex == second.pose || vertex == second.speed_bias; };
     return second.prior_has_imu || std::any_of(window.own_edges.begin(), window.own_edges.end(), [&](const auto& edge) {
-             return std::any_of(edge->Vertices().begin(), edge->Vertices().end(),
-                                [&](const auto& vertex) { return Contains(states, vertex); });
+             return std::any_of(edge->Vertices().begin(), edge->Vertices().end(), is_its);
            });
   }
 
