@@ -330,23 +330,29 @@ std::string StageNow() {
 
 }  // namespace
 
-Text::Text(const char* id, const std::vector<Argument>& arguments) : json_("{\"id\": " + JsonString(id)) {
-  for (const Argument& argument : arguments) json_ += ", " + JsonString(argument.name) + ": " + argument.value.Json();
-  json_ += "}";
+Text::Text(const char* id, const std::vector<Argument>& arguments) {
+  std::string json = "{\"id\": " + JsonString(id);
+  for (const Argument& argument : arguments) json += ", " + JsonString(argument.name) + ": " + argument.value.Json();
+  json_ = std::make_shared<std::string>(json + "}");
 }
 
 Text::Text(const char* id, std::initializer_list<Argument> arguments) : Text(id, std::vector<Argument>(arguments)) {}
 
 Text Text::Quoted(const std::string& words) {
   Text text;
-  text.json_ = "{\"quoted\": " + JsonString(words) + "}";
+  text.json_ = std::make_shared<std::string>("{\"quoted\": " + JsonString(words) + "}");
   return text;
 }
 
 Text Text::Word(const std::string& word) {
   Text text;
-  text.json_ = JsonString(word);
+  text.json_ = std::make_shared<std::string>(JsonString(word));
   return text;
+}
+
+const std::string& Text::Json() const {
+  static const std::string nothing;
+  return empty() ? nothing : *json_;
 }
 
 std::string Number(double x, int digits) {

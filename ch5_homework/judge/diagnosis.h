@@ -3,6 +3,7 @@
 /// this. A diagnosis leaves the test as one line of JSON; its sentences are in ch5_backend/course/base/language.
 
 #include <initializer_list>
+#include <memory>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -30,12 +31,12 @@ class Text {
   static Text Word(const std::string& word);
   static Text Quoted(const std::string& words);
 
-  bool empty() const { return json_.empty(); }
+  bool empty() const { return json_ == nullptr; }
   /// A JSON string for a word, {"id": …, argument: …} for a sentence, {"quoted": …}.
-  const std::string& Json() const { return json_; }
+  const std::string& Json() const;
 
  private:
-  std::string json_;
+  std::shared_ptr<const std::string> json_;  // shared: each share of an assembly has many
 };
 
 struct Text::Argument {

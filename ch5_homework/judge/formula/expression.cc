@@ -3,13 +3,14 @@
 #include <Eigen/LU>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 #include "ch5_backend/math/psd.h"
 
 namespace ch5::homework::formula {
 namespace {
 
-Expression Make(const Node& node) { return std::make_shared<const Node>(node); }
+Expression Make(Node node) { return std::make_shared<const Node>(std::move(node)); }
 
 bool IsPlain(const Expression& x, Kind kind) { return x->kind == kind && x->name.empty() && x->todo.empty(); }
 
@@ -149,14 +150,13 @@ Expression Inverse(const Expression& x, const std::vector<int>& sizes) {
 
 Expression Transpose(const Expression& x) { return Make({Kind::kTranspose, {}, {}, {x}}); }
 
-Expression Assembly(const std::string& name, Eigen::Index rows, Eigen::Index columns,
-                    const std::vector<Share>& shares) {
+Expression Assembly(const std::string& name, Eigen::Index rows, Eigen::Index columns, std::vector<Share> shares) {
   Node node{Kind::kAssembly, name};
   node.rows = rows;
   node.columns = columns;
-  node.shares = shares;
   for (const Share& share : shares) node.parts.push_back(share.x);
-  return Make(node);
+  node.shares = std::move(shares);
+  return Make(std::move(node));
 }
 
 Expression Stack(const std::vector<Expression>& parts) { return Make({Kind::kStack, {}, {}, parts}); }

@@ -117,7 +117,7 @@ Expression WrittenAt(const std::string& todo, const Expression& x);
 Expression Inverse(const Expression& x, const std::vector<int>& sizes = {});
 Expression Transpose(const Expression& x);
 /// A loop's sum: zeros, to which each share is added at its place.
-Expression Assembly(const std::string& name, Eigen::Index rows, Eigen::Index columns, const std::vector<Share>& shares);
+Expression Assembly(const std::string& name, Eigen::Index rows, Eigen::Index columns, std::vector<Share> shares);
 /// One below the other.
 Expression Stack(const std::vector<Expression>& parts);
 /// What a check compares of x, which alone is the student's: JᵀJ of J.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <set>
+#include <utility>
 
 namespace ch5::homework::formula {
 
@@ -39,12 +40,12 @@ static Expression WithShares(const Expression& x, const Text* kind, const Change
     const bool is = kind == nullptr || IsOfKind(share, *kind);
     Share changed = share;
     const bool stays = change(is, &changed);
-    if (stays) shares.push_back(changed);
     const bool is_same = changed.x == share.x && changed.place.row == share.place.row &&
                          changed.place.column == share.place.column && changed.assigned == share.assigned;
     if (!stays || !is_same) todos.insert(share.x->todo);
+    if (stays) shares.push_back(std::move(changed));
   }
-  return WrittenAt(todos.size() == 1 ? *todos.begin() : "", Assembly(x->name, x->rows, x->columns, shares));
+  return WrittenAt(todos.size() == 1 ? *todos.begin() : "", Assembly(x->name, x->rows, x->columns, std::move(shares)));
 }
 
 void SharesOfAKind(const View& v) {

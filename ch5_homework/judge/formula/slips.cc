@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <set>
+#include <utility>
 
 #include "ch5_homework/judge/formula/rules.h"
 
@@ -41,12 +42,12 @@ Expression WithParts(const Expression& x, const std::vector<Expression>& parts) 
       const bool fits = right && value && right->rows() == value->rows() && right->cols() == value->cols();
       if (fits) shares[k].x = parts[k];
     }
-    return Assembly(x->name, x->rows, x->columns, shares);
+    return Assembly(x->name, x->rows, x->columns, std::move(shares));
   }
   Node node = *x;
   node.known.reset();
   node.parts = parts;
-  return std::make_shared<const Node>(node);
+  return std::make_shared<const Node>(std::move(node));
 }
 
 Expression ReplaceAt(const Expression& x, const std::vector<size_t>& path, size_t depth, const Expression& instead) {
