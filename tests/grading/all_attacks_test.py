@@ -1,4 +1,4 @@
-"""Every hostile submission of attacks_test.py, which takes every sixth."""
+"""Every hostile submission of attacks_test.py, which takes every twelfth."""
 
 from tests.grading import attacks_test
 

@@ -42,9 +42,12 @@ target_link_libraries(test_formula PRIVATE ch5_backend ch5_test_settings GTest::
 target_precompile_headers(test_formula REUSE_FROM ch5_test_pch)
 gtest_discover_tests(test_formula TEST_PREFIX Homework. DISCOVERY_MODE PRE_TEST)
 gtest_discover_tests(homework_samples TEST_PREFIX Reference. DISCOVERY_MODE PRE_TEST)
+# By day in the stage that each is made for; by night in all stages of its file.
 foreach(name IN LISTS sample_names ITEMS blanks)
-  add_test(NAME Homework.Samples.${name}
-    COMMAND ${ch5_python_module} tests.homework.run_samples $<TARGET_FILE:homework_samples> ${samples_${name}})
+  set(run ${ch5_python_module} tests.homework.run_samples)
+  add_test(NAME Homework.Samples.${name} COMMAND ${run} --own $<TARGET_FILE:homework_samples> ${samples_${name}})
+  add_test(NAME Homework.SamplesInAllStages.${name} COMMAND ${run} $<TARGET_FILE:homework_samples> ${samples_${name}})
+  ch5_by_night(Homework.SamplesInAllStages.${name})
 endforeach()
 
 ch5_add_python_tests(Homework answers_test.py)
@@ -53,8 +56,12 @@ ch5_add_python_tests(Homework compiler_words_test.py)
 ch5_add_python_tests(Homework languages_test.py WHOLE)
 
 add_test(NAME Homework.CheckFromEndToEnd
-  COMMAND ${ch5_python_module} unittest tests.homework.end_to_end_test)
-set_tests_properties(Homework.CheckFromEndToEnd PROPERTIES LABELS slow RESOURCE_LOCK ninja
+  COMMAND ${ch5_python_module} unittest -k skeleton -k solution -k compile -k missing_file tests.homework.end_to_end_test)
+add_test(NAME Homework.CheckOfWrongFiles
+  COMMAND ${ch5_python_module} unittest -k crash -k empty -k chinese tests.homework.end_to_end_test)
+ch5_by_night(Homework.CheckOfWrongFiles)
+set_tests_properties(Homework.CheckFromEndToEnd PROPERTIES LABELS slow)
+set_tests_properties(Homework.CheckFromEndToEnd Homework.CheckOfWrongFiles PROPERTIES RESOURCE_LOCK ninja
   ENVIRONMENT "CH5_BUILD_DIR=${PROJECT_BINARY_DIR};CH5_HOMEWORK_DIR=${CH5_HOMEWORK_DIR};CH5_CHECK_PREFIX=trial_;CH5_CHECK_FOLDER=${trial};LC_ALL=C.UTF-8"
   ENVIRONMENT_MODIFICATION CH5_DATA_DIR=set:${CH5_DATA_DIR})
 

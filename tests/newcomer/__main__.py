@@ -40,7 +40,7 @@ COMMANDS = {  # the homework that is judged is the solution
     "slides": ["slides", "--html"],
     "slides --check": ["slides", "--check"],
     "test": ["test", "^Conventions[.](command_line|consumer)", "^Plots[.]", "^Grading[.](follow_through|sandbox|submissions)", "^Docs[.]documents",
-             "^Report[.]figure_look", "^(WindowDump|RealGraph|Flights|G2o|Bal)", "^Homework[.](Samples|hints|languages)"],
+             "^Report[.]figure_look", "^(WindowDump|RealGraph|Flights|G2o|Bal)", "^Homework[.](Samples[.]|hints|languages)"],
 }
 
 
