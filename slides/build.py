@@ -17,7 +17,8 @@ usage: build.py [--csv DIR] [--out DIR] [--html] [--images] [--tools] [--check] 
 
 A deck is N-name.en.md and N-name.zh.md beside this file. Each page begins with <!-- slide: id -->, or with
 <!-- slide: id result --> where no digit may be typed, and ends with its speaker note, <!-- (2 min) what to say -->, the
-same minutes in both languages, 60 to 90 a deck. What a deck shows comes from the module deck_name.py:
+same minutes in both languages, 60 to 90 a deck. A last page repeats the answers to its questions, since a PDF shows none
+that is folded. What a deck shows comes from the module deck_name.py:
 
   FIGURES         {name: draw(tables, lang) -> SVG text}; the deck shows figures/name.svg; no two decks share a name
   facts(tables)   {name: text for {{name}}, or what an expression such as {{large.points | f0}} can name}, see figures/queries.py;
@@ -120,6 +121,13 @@ class Prepared:
                 "figures": {name: digest(svg) for name, svg in self.figures.items()}}
 
 
+def answers(text, lang):
+    """The last page: each question's title and answer."""
+    found = re.findall(r"^## ([^\n]*)\n(?:(?!^---$|^## ).)*?<details><summary>[^\n]*</summary>\n\n(.*?)\n\n</details>", text, re.M | re.S)
+    title = {"en": "Answers", "zh": "答案"}[lang]
+    return "\n\n".join(["\n\n---\n<!-- _class: small -->", f"## {title}", *(f"**{question}** {answer}" for question, answer in found)]) + "\n"
+
+
 def digest(text):
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
@@ -147,7 +155,7 @@ def marp(prepared, out):
     with tempfile.TemporaryDirectory(dir=WORK) as folder:
         folder = Path(folder)
         for deck in prepared:
-            write(folder / f"{deck.name}.md", FIGURE.sub(rf"(figures/\1.{deck.lang}.svg)", deck.text))
+            write(folder / f"{deck.name}.md", FIGURE.sub(rf"(figures/\1.{deck.lang}.svg)", deck.text + answers(deck.text, deck.lang)))
         browser.run([node, str(script), "--no-stdin", "--no-config-file", "--theme-set", str(HERE / "theme.css"),
                      "--html", "--input-dir", str(folder), "-o", str(folder)], "Marp could not build the decks", cwd=WORK)
         for deck in prepared:
