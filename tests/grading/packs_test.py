@@ -4,6 +4,7 @@ import json
 import os
 import shutil
 import subprocess
+import tarfile
 import unittest
 import zipfile
 from pathlib import Path
@@ -38,6 +39,13 @@ class Packs(FolderTest):
             self.assertEqual([name for name in names if name.startswith(("build", "out/", ".git/"))], [])
             self.assertTrue(archive.getinfo("run_autograder").external_attr >> 16 & 0o111)
             self.assertIn(b"--language en ", archive.read("run_autograder"))
+
+    def test_the_containers_context_is_the_project_and_a_dockerfile(self):
+        with tarfile.open(self.pack("container", "c.tar.gz", "zh")) as archive:
+            names = set(archive.getnames())
+            self.assertEqual(names, {*pack.project_files(), "Dockerfile"})
+            self.assertEqual(archive.getmember("course").mode, 0o755)
+            self.assertIn(b'"grade", "--language", "zh"', archive.extractfile("Dockerfile").read())
 
     def test_without_git_it_packs_what_is_not_built(self):
         listed = set(pack.project_files())

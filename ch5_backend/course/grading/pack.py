@@ -9,9 +9,10 @@ from ch5_backend.figures.atomic_write import atomic_write, write_whole
 from ..base.cmake_build import ROOT
 from ..base.errors import CourseError
 from .rubric import read_rubric
-from .student import listed_by_git, pack_student
+from .student import listed_by_git, pack_student, write_tar
 
-PACKED = ("student", "gradescope", "classroom", "classroom-grading")
+PACKED = {"student": "chapter5.tar.gz", "gradescope": "gradescope.zip", "classroom": "classroom.yml",  # its usual name
+          "classroom-grading": "grade.yml", "container": "grader.tar.gz"}
 LONG_AGO = (1980, 1, 1, 0, 0, 0)  # the same files give the same bytes
 
 SETUP = """\
@@ -37,6 +38,15 @@ else  # no mark is better than a wrong one
   echo '{"output": "The grader itself has failed; please tell your instructor.", "tests": []}' > "$here/results/results.json"
 fi
 rm -rf "$out"
+"""
+
+# For Docker's default rights: without namespaces the sandbox has its second way, which needs the user root here.
+CONTAINER = """\
+FROM debian:12
+COPY . /course
+RUN /course/course grade --prepare
+WORKDIR /class
+ENTRYPOINT ["/course/course", "grade", "--language", "LANGUAGE"]
 """
 
 # The students' repository has no key, and nothing but the students' archive: what its jobs may read, students may read.
@@ -99,21 +109,23 @@ jobs:
 def refuse(what: str) -> None:
     """Raises CourseError for what cannot be packed."""
     if what not in PACKED:
-        raise CourseError(f"./course pack makes {', '.join(PACKED[:-1])} or {PACKED[-1]}, not '{what}'")
+        *others, last = PACKED
+        raise CourseError(f"./course pack makes {', '.join(others)} or {last}, not '{what}'")
 
 
 def pack(what: str, out: str, language: str) -> int:
     """Writes the archive or the workflow, whole or not at all; 0. The graders that are packed speak `language`."""
     refuse(what)
+    path = Path(out or PACKED[what])
     if what == "gradescope":
-        path = Path(out or "gradescope.zip")
         write_zip(path, {**project_files(), "setup.sh": SETUP.encode(), "run_autograder": RUN.replace("LANGUAGE", language).encode()})
-    elif what != "student":
-        path = Path(out or ("classroom.yml" if what == "classroom" else "grade.yml"))
-        write_whole(path, (classroom() if what == "classroom" else GRADING).replace("LANGUAGE", language))
-    else:
-        path = Path(out or "chapter5.tar.gz")
+    elif what == "container":
+        with atomic_write(path) as partial, open(partial, "wb") as file:
+            write_tar(file, {**project_files(), "Dockerfile": CONTAINER.replace("LANGUAGE", language).encode()})
+    elif what == "student":
         pack_student(path)
+    else:
+        write_whole(path, (classroom() if what == "classroom" else GRADING).replace("LANGUAGE", language))
     print(f"{path}: {-(-path.stat().st_size >> 10)} KB")
     return 0
 

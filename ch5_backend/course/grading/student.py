@@ -51,11 +51,16 @@ def pack_student(path: Path, out: Path = ROOT / "out") -> None:
     """Writes the archive, with the pages built in OUT; the same files and compiler give the same bytes. Raises CourseError."""
     with atomic_write(path) as partial, open(partial, "wb") as file:  # first, so that a wrong place is refused before a build
         files = student_files(tracked_files(), compiled_solutions(), built_pages(out))
-        with gzip.GzipFile("", "wb", 9, file, mtime=0) as zipped, tarfile.open(fileobj=zipped, mode="w") as archive:
-            for name in sorted(files):
-                member = tarfile.TarInfo(f"{TOP}/{name}")
-                member.size, member.mode = len(files[name]), 0o755 if files[name].startswith(b"#!") else 0o644
-                archive.addfile(member, io.BytesIO(files[name]))
+        write_tar(file, {f"{TOP}/{name}": content for name, content in files.items()})
+
+
+def write_tar(file, files: dict) -> None:
+    """{name: bytes}; the same files give the same bytes."""
+    with gzip.GzipFile("", "wb", 9, file, mtime=0) as zipped, tarfile.open(fileobj=zipped, mode="w") as archive:
+        for name in sorted(files):
+            member = tarfile.TarInfo(name)
+            member.size, member.mode = len(files[name]), 0o755 if files[name].startswith(b"#!") else 0o644
+            archive.addfile(member, io.BytesIO(files[name]))
 
 
 def tracked_files() -> dict:
