@@ -58,7 +58,8 @@ void Estimator::StartFromGivenState() {
   Window::SetState(state, frame);
   Prior prior{{frame.pose, frame.speed_bias}, {frame.pose->Parameters(), frame.speed_bias->Parameters()}, J, {}};
   prior.r0 = VecX::Zero(J.rows());
-  window_.prior_fixes_gauge = (J * GaugeDirections(prior.vertices, {})).norm() > 0.0;
+  const double along_gauge = (J * GaugeDirections(prior.vertices, {})).norm();
+  window_.prior_fixes_gauge = along_gauge > 1e-9 * J.norm();  // less is rounding
   window_.prior = std::make_shared<EdgePrior>(std::move(prior));
   given_start_.reset();
   BeginTracking();

@@ -59,12 +59,6 @@ bool StandstillDetector::HasForceChanged(const Vec3& mean, const Vec3& first_hal
   return (second - *first_force_).norm() > options_.change + noise;
 }
 
-void StandstillDetector::Reset() {
-  first_force_.reset();
-  imu_.clear();
-  images_.clear();
-}
-
 std::optional<double> TypicalMotion(const Image& a, const Image& b) {
   constexpr double kShare = 0.4;
   std::map<int, Vec2> points;

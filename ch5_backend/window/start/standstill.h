@@ -42,7 +42,6 @@ class StandstillDetector {
   const Image& OldestImage() const { return images_.front(); }
   /// What the force is compared with begins anew.
   void ForgetForce() { first_force_.reset(); }
-  void Reset();
 
  private:
   /// @param mean        the specific force
