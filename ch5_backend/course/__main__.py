@@ -21,7 +21,7 @@ ACTIONS = {  # its module, and the function of it that does it
     "status": (".homework.check", lambda module, given: module.run_status(given.json, given.language)),
     "hint": (".homework.hint", lambda module, given: module.show(given.stage, given.number, given.language)),
     "paper": (".documents.paper", lambda module, given: module.paper(given.seed, given.sheet, given.out, given.language)),
-    "deep": (".homework.make_skeleton", lambda module, given: module.deepen(not given.off, given.language)),
+    "deep": (".homework.make_skeleton", lambda module, given: module.deepen(given.off, given.bare, given.language)),
     "reset": (".homework.make_skeleton", lambda module, given: module.reset(given.files, given.language)),
     "grade": (".grading.grade", lambda module, given: module.run_grade(given)),
     "pack": (".grading.pack", lambda module, given: module.pack(given.what, given.out, given.language)),

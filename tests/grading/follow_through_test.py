@@ -46,7 +46,7 @@ class Texts(unittest.TestCase):
         for file in FILES:
             for deep in (False, True):
                 todos = {region.todo for region in regions(solution_text(file)) if deep or region.kind == "SOLUTION"}
-                text = skeleton(file, deep=deep)
+                text = skeleton(file, depth=1 + deep)
                 self.assertEqual(set(blanks_of(file, text)), todos)
                 self.assertEqual(repaired(file, text, todos), (DEEP if deep else "") + source(file))
 

@@ -108,7 +108,7 @@ class Archive(FolderTest):
 
     def test_the_skeletons_come_out_of_it(self):
         put(self.files, self.folder)
-        for words in ((), ("--deep",)):
+        for words in ((), ("--depth", "2")):
             for root, out in ((self.folder, "theirs"), (ROOT, "ours")):
                 subprocess.run([sys.executable, "-m", "ch5_backend.course.homework.make_skeleton", *words, "--output",
                                 self.folder / out], check=True, env={**os.environ, "PYTHONPATH": str(root)})

@@ -5,7 +5,7 @@ import subprocess
 import sys
 
 from tests.folder import FolderTest
-from ch5_backend.course.homework.blanks import asks_deep
+from ch5_backend.course.homework.blanks import asks_deep, depth_of
 from ch5_backend.course.homework.make_skeleton import skeleton
 from ch5_backend.course.homework.regions import FILES, ROOT, regions, solution_text
 
@@ -20,7 +20,7 @@ class Deep(FolderTest):
 
     def test_deep_blanks_are_blank_and_no_line_is_given(self):
         for name in FILES:
-            first, deep = skeleton(name), skeleton(name, deep=True)
+            first, deep = skeleton(name), skeleton(name, depth=2)
             for region in regions(solution_text(name)):
                 throw = f'throw HomeworkMissing("{region.todo} '
                 self.assertIn(throw, deep)
@@ -35,9 +35,23 @@ class Deep(FolderTest):
             without_comments = re.sub(r"^ +//.*\n", "", deep, flags=re.MULTILINE)  # as one deletes a task that is done
             self.assertTrue(asks_deep(without_comments.encode()))
 
+    def test_at_the_third_depth_only_the_tasks_are_left(self):
+        for name in FILES:
+            bare = skeleton(name, depth=3)
+            self.assertEqual((depth_of(skeleton(name).encode()), depth_of(skeleton(name, depth=2).encode()), depth_of(bare.encode())), (1, 2, 3))
+            for body in re.findall(r"^(?!namespace)\S[^\n]*\{\n((?: [^\n]*\n|\n)*)\}\n", bare, re.MULTILINE):
+                code = [line for line in body.splitlines() if line.strip() and not line.strip().startswith("//")]
+                throws = [line for line in code if "HomeworkMissing" in line]
+                self.assertIn(throws, ([], code), body)
+            for region in regions(solution_text(name)):
+                self.assertEqual(bare.count(f'throw HomeworkMissing("{region.todo} '), 1)
+                self.assertEqual(bare.count(f"TODO:: home work {region.todo}."), 1)
+
     def test_there_and_back(self):
-        self.assertEqual(self.course_deep().returncode, 0)
-        self.assertEqual(self.texts(), {name: skeleton(name, deep=True) for name in FILES})
+        for words, depth in (([], 2), (["--bare"], 3), ([], 2)):
+            self.assertEqual(self.course_deep(*words).returncode, 0)
+            self.assertEqual(self.texts(), {name: skeleton(name, depth=depth) for name in FILES})
+        self.assertEqual(self.course_deep("--bare", "--off").returncode, 2)
         self.assertEqual(self.course_deep("--off").returncode, 0)
         self.assertEqual(self.texts(), {name: skeleton(name) for name in FILES})
 
@@ -50,7 +64,7 @@ class Deep(FolderTest):
             self.assertEqual(done.returncode, 0, done)
             self.assertEqual("problem.cc contains work of yours and stays as it is" in done.stdout, not words)
             self.assertIn(f"files are at the {depth} depth", done.stdout)
-            wanted = {name: skeleton(name, deep=not words) for name in FILES} | {"problem.cc": begun}
+            wanted = {name: skeleton(name, depth=1 if words else 2) for name in FILES} | {"problem.cc": begun}
             self.assertEqual(self.texts(), wanted)
 
     def test_a_file_begins_anew_and_what_stood_in_it_is_kept(self):
@@ -78,13 +92,14 @@ class Deep(FolderTest):
         self.assertEqual(kept, versions)
 
     def test_a_file_begins_anew_at_its_depth(self):
-        self.course_deep()
-        begun = skeleton("problem.cc", deep=True) + "// begun\n"
-        (self.folder / "problem.cc").write_text(begun, encoding="utf-8")
-        (self.folder / "vins_window.cc").unlink()  # then the others tell
-        done = self.course_deep("problem.cc", "vins_window.cc", command="reset")
-        self.assertEqual(self.texts(), {name: skeleton(name, deep=True) for name in FILES})
-        self.assertEqual(done.stdout.count("at the second depth"), 2, done.stdout)
+        for words, depth, said in ((), 2, "at the second depth"), (("--bare",), 3, "at the third depth"):
+            self.course_deep(*words)
+            begun = skeleton("problem.cc", depth=depth) + "// begun\n"
+            (self.folder / "problem.cc").write_text(begun, encoding="utf-8")
+            (self.folder / "vins_window.cc").unlink()  # then the others tell
+            done = self.course_deep("problem.cc", "vins_window.cc", command="reset")
+            self.assertEqual(self.texts(), {name: skeleton(name, depth=depth) for name in FILES})
+            self.assertEqual(done.stdout.count(said), 2, done.stdout)
 
     def test_a_deep_file_is_a_student_at_work(self):
         self.course_deep()

@@ -26,8 +26,8 @@ class ThrowLeft(unittest.TestCase):
 
     def test_a_mistake_belongs_to_a_blank_that_the_file_has(self):
         verdict = Verdict("wrong", {**judge.because("formula.sign_of_b"), "todo": "1.1d 1.1b"})
-        for deep, todo in ((False, "1.1b"), (True, "1.1d")):
-            told = blanks.explain(verdict, STAGES[0], skeleton("problem.cc", None, deep).encode())
+        for depth, todo in ((1, "1.1b"), (2, "1.1d"), (3, "1.1d")):
+            told = blanks.explain(verdict, STAGES[0], skeleton("problem.cc", depth=depth).encode())
             self.assertEqual(told.diagnosis["todo"], todo)
 
     def test_a_stage_of_which_one_blank_is_filled_is_half_done(self):
@@ -35,7 +35,7 @@ class ThrowLeft(unittest.TestCase):
         self.assertFalse(blanks.some_filled(stage, skeleton("problem.cc").encode()))
         one = fill(solution_text("problem.cc"), lambda region: region.solution if region.todo == "1.1a" else region.blank())
         self.assertTrue(blanks.some_filled(stage, one.encode()))
-        deep = skeleton("problem.cc", deep=True)
+        deep = skeleton("problem.cc", depth=2)
         self.assertFalse(blanks.some_filled(stage, deep.encode()))
         self.assertTrue(blanks.some_filled(stage, deep.replace('throw HomeworkMissing("1.1c', 'hessian = ("').encode()))
         half = blanks.explain(Verdict("not-started", judge.not_started("1.1b", "")), stage, one.encode())

@@ -61,7 +61,7 @@ class Ticks(unittest.TestCase):
         self.assertEqual(self.marks(tests)[:3], "???")
 
     def test_the_second_depth_has_marks_of_its_own(self):
-        deep = skeleton("vins_window.cc", deep=True).encode()
+        deep = skeleton("vins_window.cc", depth=2).encode()
         self.assertEqual((len(self.marks([], self.FULL)), len(self.marks([], deep))), (10, 11))
 
 

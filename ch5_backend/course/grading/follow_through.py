@@ -41,7 +41,7 @@ def blanks_of(file: str, text: str) -> dict:
 def frame_of(file: str, blanks: list, deep: bool, tasks: bool) -> tuple:
     """The lines of a skeleton outside of its blanks, with or without the comments that say what to write there, and
     {todo: how many of them come before it}."""
-    text, frame, places = skeleton(file, deep=deep), [], {}
+    text, frame, places = skeleton(file, depth=2 if deep else 1), [], {}
     for region in blanks:
         before, _, text = text.partition(region.blank(deep))
         if not tasks:

@@ -10,6 +10,7 @@ from .regions import STAGES
 
 MOST_NAMES = 50  # of a line that are looked for in the lines above it
 DEEP = "// The second depth (./course deep): more blanks than usual.\n"  # the first line of such a file
+BARE = "// The third depth (./course deep --bare): empty functions; the handout has their formulas.\n"  # below it
 DECLARATION = re.compile(r"\s*(?:MatXX|VecX)\b([\w,\s]*);")
 
 
@@ -25,6 +26,10 @@ def asks_deep(content: bytes) -> bool:
     """Whether a file is at the second depth: its first line says so, or it still contains a task that only the second depth has."""
     return DEEP.strip().encode() in content or any(
         f"home work {todo}.".encode() in content for stage in STAGES for todo in stage.get("deep", []))
+
+
+def depth_of(content: bytes) -> int:
+    return 3 if BARE.strip().encode() in content else 2 if asks_deep(content) else 1
 
 
 def keeps_throw(content: bytes, todo: str) -> bool:

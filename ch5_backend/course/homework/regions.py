@@ -9,7 +9,8 @@ A region of solutions/NAME.cc reads
     // END SOLUTION
 
 At the second depth, deep, a region becomes its throw alone; and regions between // BEGIN DEEP and // END DEEP, whose
-solution everybody else is given, become blank too.
+solution everybody else is given, become blank too. At the third depth nothing is left of a function with a blank but its
+tasks and their throws.
 
 The students' archive has solutions/NAME.cc.blank instead: the same text without what the first depth asks for.
 """
@@ -72,6 +73,19 @@ def regions(text: str) -> list:
 def fill(text: str, content) -> str:
     """The solution with each region replaced by content(region)."""
     return _REGION.sub(lambda match: content(Region(**match.groupdict())), text)
+
+
+_FUNCTION = re.compile(r"^(?P<head>(?!namespace|//|#)\S(?:[^\n]*[^\n;{]\n)*?[^\n]*\{\n)(?P<body>.*?)^\}\n", re.MULTILINE | re.DOTALL)
+_TASK = re.compile(r"((?: *//[^\n]*\n)*) *(throw HomeworkMissing\([^\n]*\);\n)")
+
+
+def emptied(text: str) -> str:
+    """The skeleton of the second depth at the third."""
+    def only_tasks(function) -> str:
+        tasks = [(re.sub(r"^ *//", "  //", said[said.find("// TODO"):], flags=re.MULTILINE), throw) for said, throw in _TASK.findall(function["body"])]
+        body = "\n".join(f"{said}  {throw}" for said, throw in tasks)
+        return f"{function['head']}{body}}}\n" if tasks else function[0]
+    return _FUNCTION.sub(only_tasks, text)
 
 
 def blanked(text: str) -> str:
