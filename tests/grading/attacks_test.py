@@ -14,6 +14,7 @@ from pathlib import Path
 
 from tests.project import BUILD, ROOT
 from tests.grading.hostile import FOLDER, HEAD, TAIL, read_attacks
+from tests.grading.sandbox_test import NO_OWN_USER
 from ch5_backend.course.grading.rubric import read_rubric
 from ch5_backend.course.base.language import speaker
 from ch5_backend.course.homework.diagnosis import in_short
@@ -35,6 +36,9 @@ if sys.argv.pop() == "one-compiler":  # the second needs five times as long for 
     toolchain.COMPILING = toolchain.COMPILING._replace(seconds=6)  # what is right takes three
 sys.exit(entry.main(sys.argv[1:]))
 """
+
+REACHING_OUT = ("kill_the_parent", "kill_everybody", "daemon", "fork_bomb_at_a_large_weight", "disk", "disk_elsewhere", "secrets_read", "seed_sought",
+                "judges_memory", "remembered_from_another_test", "memory_that_nobody_counts", "memory_of_many_processes")
 
 ANSWERS = """#include "ch5_backend/consistency/gauge_freedom.h"
 #include "ch5_backend/dense/blocks/plain_block_solver.h"
@@ -65,8 +69,9 @@ def awkward_bytes() -> dict:
 
 @unittest.skipUnless((BUILD / "grader" / "toolchain.json").exists(), "no Clang: without ./course grade")
 class Attacks(unittest.TestCase):
-    """Every twelfth attack of each kind; all_attacks_test.py takes the rest, by night."""
+    """Every twelfth attack of each kind; all_attacks_test.py takes the rest, by night, and all of them with the other engine."""
     STEP = 12  # from the first on
+    SANDBOX = "bubblewrap"
 
     @classmethod
     def setUpClass(cls):
@@ -90,7 +95,7 @@ class Attacks(unittest.TestCase):
             if k % step == step - 1 or k == len(texts) - 1:
                 (subs / f"{k:02}{name}_then_honest").mkdir()
                 (subs / f"{k:02}{name}_then_honest" / file).write_bytes(solution + b"// %d" % k)
-        done = subprocess.run([sys.executable, "-X", "utf8", "-c", LIMITS, "grade", *sorted(subs.iterdir()), "--stages", ",".join(stages), "--jobs", "2",
+        done = subprocess.run([sys.executable, "-X", "utf8", "-c", LIMITS, "grade", *sorted(subs.iterdir()), "--stages", ",".join(stages), "--jobs", "2", "--sandbox", self.SANDBOX,
                                "--out", out, compilers], text=True, timeout=1500, stdin=subprocess.DEVNULL, capture_output=True,
                               check=False, env={**os.environ, "CH5_BUILD_DIR": str(BUILD), "TMPDIR": str(temporary),
                                                 "PYTHONPATH": str(ROOT)})
@@ -151,6 +156,12 @@ class Attacks(unittest.TestCase):
 
     def test_none_that_acts_before_main_scores(self):
         self.none_scores(self.texts_of("start"))
+
+    @unittest.skipIf(NO_OWN_USER, NO_OWN_USER)
+    def test_none_that_reaches_out_scores_with_a_user_of_its_own(self):
+        self.SANDBOX = "landlock"
+        texts = self.texts_of("running")
+        self.none_scores({name: texts[name] for name in REACHING_OUT}, step=1)
 
     def test_none_that_acts_in_a_graded_function_scores(self):
         self.none_scores(self.texts_of("running"))

@@ -17,6 +17,7 @@ from ch5_backend.course.grading import classbook, grade, gradebooks, outputs, pa
 from ch5_backend.course.grading.likeness import alike, fingerprint
 from ch5_backend.course.homework.regions import STAGES
 from ch5_backend.course.grading.rubric import read_rubric
+from ch5_backend.course.grading.sandbox import Unguarded
 from ch5_backend.course.homework.samples import source
 from tests.homework.samples import all_samples
 from tests.grading.languages_test import english_in, row, words_of
@@ -225,7 +226,7 @@ class Command(InAFolder):
                                                                               "cpu_seconds", "peak_mib", "seconds")}
 
         def run(*more, **patches) -> tuple:
-            patches = {"preflight": lambda: None, "ready_toolchain": lambda box: SimpleNamespace(digest="d"), **patches}
+            patches = {"choose": lambda _: Unguarded, "ready_toolchain": lambda box: SimpleNamespace(digest="d", box=Unguarded), **patches}
             with mock.patch.multiple(grade, **patches), redirect_stdout(Terminal()) as told, redirect_stderr(Terminal()) as errors:
                 return main([*words, *more]), told.getvalue(), errors.getvalue()
         code, _, errors = run(grade=lambda *_: dict(graded))
@@ -258,7 +259,7 @@ class Command(InAFolder):
                     "stages": [one for one in whole["stages"] if one["id"] in asked[-1]]}
 
         def run(*words) -> tuple:
-            with mock.patch.multiple(grade, preflight=lambda: None, ready_toolchain=lambda box: SimpleNamespace(digest="d"), grade=judged), \
+            with mock.patch.multiple(grade, choose=lambda _: Unguarded, ready_toolchain=lambda box: SimpleNamespace(digest="d", box=Unguarded), grade=judged), \
                     redirect_stdout(Terminal()), redirect_stderr(Terminal()) as errors:
                 code = main(["grade", *words, "--out", str(out)])
             with open(out / "grades.csv", encoding="utf-8", newline="") as table:

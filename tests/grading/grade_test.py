@@ -27,6 +27,7 @@ from ch5_backend.course.grading.grade import share, tell
 from ch5_backend.course.grading.handed_in import named
 from ch5_backend.course.grading.outputs import gradescope
 from ch5_backend.course.grading.rubric import read_rubric
+from ch5_backend.course.grading.engines import choose
 from ch5_backend.course.grading.sandbox import Outcome
 from ch5_backend.course.grading.submission import Submission
 from ch5_backend.course.grading.summary import notes
@@ -195,7 +196,7 @@ class Grades(FolderTest):
         self.folder.chmod(0o755)  # nobody starts it
         (tools / "bwrap").write_text("#!/bin/sh\necho no namespace for you >&2\nexit 1\n")
         (tools / "bwrap").chmod(0o755)
-        done = subprocess.run([ROOT / "course", "grade", path, "--stages", "3", "--seed", "2", "--out", self.out],
+        done = subprocess.run([ROOT / "course", "grade", path, "--stages", "3", "--seed", "2", "--out", self.out, "--sandbox", "bubblewrap"],
                               env={**environment(), "PATH": f"{tools}:{os.environ['PATH']}"}, capture_output=True, text=True,
                               check=False)
         self.assertNotEqual(done.returncode, 0)
@@ -217,14 +218,14 @@ class Place(unittest.TestCase):
         """As where TMPDIR is mounted as noexec: each worker would crash at once."""
         no_program = mock.patch("ch5_backend.course.grading.toolchain.shutil.which", return_value="/etc/passwd")
         with no_program, self.assertRaisesRegex(Infrastructure, "no program can be run in .*Permission denied"):
-            Toolchain().prepare()
+            Toolchain(choose()).prepare()
 
 
 class FullDisk(FolderTest):
     def test_it_is_no_mark_and_is_told_with_its_place(self):
         with mock.patch.object(shutil, "disk_usage", return_value=mock.Mock(free=0)), \
                 mock.patch.object(job, "judge", return_value=Verdict("crashes", {})):
-            for judged in (lambda: job.run_stage(mock.Mock(), Path("worker"), {}, 1, Clock()),
+            for judged in (lambda: job.run_stage(mock.MagicMock(), Path("worker"), {}, 1, Clock()),
                            lambda: Toolchain._verdict(mock.Mock(), "problem.cc", Outcome(1, "error: ld", True, 1.0, 1.0), b"", Path("x"))):
                 with self.assertRaisesRegex(Infrastructure, "0 MB left"):
                     judged()

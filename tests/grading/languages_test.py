@@ -10,6 +10,7 @@ from unittest import mock
 from tests.folder import FolderTest
 from tests.project import ROOT
 from ch5_backend.course.grading import grade as grading, outputs, pages, summary
+from ch5_backend.course.grading.sandbox import Unguarded
 from ch5_backend.course.base.language import sentence, speaker
 from ch5_backend.course.homework.diagnosis import because
 from ch5_backend.course.homework.judge import not_started
@@ -108,7 +109,7 @@ class Pages(FolderTest):
     def test_another_language_regrades_nothing(self):
         file = self.folder / "gauge_prior.cc"
         file.write_text("// mine\n")
-        session = lambda say: grading.Session(self.folder, SimpleNamespace(digest="d"), STAGES[:1], {"1.1": {}}, 7, say)
+        session = lambda say: grading.Session(self.folder, SimpleNamespace(digest="d", box=Unguarded), STAGES[:1], {"1.1": {}}, 7, say)
         graded = {key: value for key, value in record().items() if key not in ("name", "key")}
         with mock.patch.object(grading, "grade", return_value=graded):
             self.assertTrue(session(ENGLISH).grade_one("s1", [file]))

@@ -77,7 +77,7 @@ class Verdicts(unittest.TestCase):
         def judge(_executable, _stage, limit, options, *_words, **_more):
             limits.append((limit, options[1]))
             return Verdict("times-out", {}, tests=({"name": "a", "time": "0.01s", "failures": [{"failure": "TIMEOUT"}]},))
-        toolchain = mock.Mock()
+        toolchain = mock.Mock(box=Unguarded)
         with mock.patch.object(job, "judge", judge), mock.patch.object(job.Watch, "own", lambda _self, *_: owns[len(limits) - 1] / 100.0):
             verdict = job.run_stage(toolchain, Path("worker"), {"id": "3"}, 1, Clock(100.0))
             self.assertEqual((verdict.state, [option for _, option in limits]), ("times-out", ["--time-limit=10", "--time-limit=40"]))
@@ -85,12 +85,13 @@ class Verdicts(unittest.TestCase):
             with self.assertRaisesRegex(Infrastructure, "a check of stage 3 did not get half of the 40 s"):
                 job.run_stage(toolchain, Path("worker"), {"id": "3"}, 1, Clock(100.0))
 
-    def test_the_processors_limit_reads_as_a_loop(self):
+    def test_a_limit_reads_as_what_reaches_it(self):
         cause = {"id": "judge.crash", "signal": {"quoted": signal.strsignal(signal.SIGXCPU)}, "where": ""}
-        verdict = job.out_of_processor(Verdict("crashes", {"cause": cause, "place": "problem.cc:7"}))
+        verdict = job.out_of_limits(Verdict("crashes", {"cause": cause, "place": "problem.cc:7"}), "")
         self.assertEqual((verdict.state, cause_of(verdict.diagnosis), verdict.diagnosis["place"]), ("times-out", "judge.does_not_end", "problem.cc:7"))
-        other = Verdict("crashes", {"cause": {**cause, "signal": {"quoted": "Killed"}}})
-        self.assertEqual(job.out_of_processor(other), other)
+        killed = Verdict("crashes", {"cause": {**cause, "signal": {"quoted": "Killed"}}})
+        causes = [(found.state, cause_of(found.diagnosis)) for found in (job.out_of_limits(killed, limit) for limit in ("", "seconds", "memory"))]
+        self.assertEqual(causes, [("crashes", "judge.crash"), ("times-out", "judge.does_not_end"), ("crashes", "judge.takes_too_much")])
 
 
 class Compilers(FolderTest):

@@ -20,10 +20,11 @@ from ..base.language import Speaker, speaker
 from ..base.output_dir import locked_dir, made_dir
 from ..base.progress import Progress, duration
 from . import classbook, gradebooks, likeness, outputs, pages, rename, summary
+from .engines import choose
 from .handed_in import gradescope, listed, named
 from .job import grade
 from .rubric import PATH, mark, read_rubric
-from .sandbox import Sandbox, Unguarded, preflight
+from .sandbox import Unguarded
 from .submission import collect, handed_in, refuse
 from .toolchain import Infrastructure, Toolchain
 
@@ -44,12 +45,12 @@ def run_grade(arguments) -> int:
     submissions = named(listed(arguments.submissions, arguments.list))
     if arguments.trust:
         warn("--trust: NO SANDBOX. The submissions' code runs as you, with all that you may do.")
+        box = Unguarded
     elif submissions or arguments.prepare or arguments.rename:
-        preflight()
-    box = Unguarded if arguments.trust else Sandbox
+        box = choose(arguments.sandbox or "")
     if arguments.prepare:
         ready_toolchain(box)
-        print("ready: the sandbox holds, and the compilers work in it")
+        print(f"ready: the sandbox, {box.name}, holds, and the compilers work in it")
         return 0
     out, say = Path(arguments.out or "out/grades"), speaker(arguments.language)
     with made_dir(out) if arguments.shard else locked_dir(out):  # shards may work side by side
@@ -181,7 +182,7 @@ class Session:
         lacking = [stage for stage in self.stages if stage["id"] not in {row["id"] for row in judged}]
         if same and not lacking and "error" not in known:
             return False
-        record = {"name": name, "path": os.fsencode(path).decode("utf-8", "backslashreplace"), "key": key, "content": submission.key(), "seed": self.seed,
+        record = {"name": name, "path": os.fsencode(path).decode("utf-8", "backslashreplace"), "key": key, "content": submission.key(), "seed": self.seed, "sandbox": self.toolchain.box.name,
                   "handed_in": handed_in(*paths), **gradescope(path.parent).get(path.name, {}),
                   **grade(submission, self.toolchain, lacking or self.stages, self.rubric, self.seed, self.cached, self.by_blanks)}
         if processes.stopped_by() is not None:
@@ -256,7 +257,7 @@ def tell(out: Path, records: list, looked_at: list, arguments, say: Speaker) -> 
     if len(looked_at) > MOST_TOLD:
         warn(say("grade.and_more", n=len(looked_at) - MOST_TOLD))
     if arguments.json:
-        jsonout.emit({"out": str(out), "records": [{key: record[key] for key in ("name", "status", "score", "points")}
+        jsonout.emit({"out": str(out), "records": [{key: record.get(key) for key in ("name", "status", "score", "points", "sandbox")}
                                                    for record in records]})
         return
     older = [record["name"] for record in records

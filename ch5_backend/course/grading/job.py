@@ -14,7 +14,7 @@ from ..base.scratch import scratch
 from . import unnamed
 from .follow_through import follow_through
 from .rubric import mark, marks
-from .sandbox import Limits, Sandbox, preflight
+from .sandbox import Limits
 from .submission import Submission
 from .toolchain import Clock, Infrastructure, Toolchain, require_room
 from .watch import Watch
@@ -66,7 +66,7 @@ def run_stage(toolchain: Toolchain, worker: Path, stage: dict, seed, clock: Cloc
     seeds = [] if seed is None else [f"--seed={seed}"]
     for patience in PATIENCE:
         box = toolchain.box(read_only={"/worker": worker}, limits=RUNNING._replace(wall_seconds=patience * RUNNING.wall_seconds))
-        with Watch(str(worker)) as watch:
+        with box.watch(str(worker)) as watch:
             verdict = judge(toolchain.judge, stage, patience * max(clock.left, 0.0),
                             [*seeds, f"--time-limit={patience * SECONDS_A_TEST:g}"],
                             box.wrap(["/worker"]), Path("/worker"), fail_fast=fail_fast,
@@ -82,9 +82,8 @@ def run_stage(toolchain: Toolchain, worker: Path, stage: dict, seed, clock: Cloc
     silent = not verdict.tests or any("START:" in str(test.get("failures")) for test in verdict.tests)
     if silent:  # that may be ours to answer for
         require_room()
-        if toolchain.box is Sandbox:
-            preflight()
-    return out_of_processor(verdict)
+        toolchain.box.preflight()
+    return out_of_limits(verdict, watch.exceeded)
 
 
 def kept_waiting(verdict: Verdict, watch: Watch) -> bool:
@@ -100,10 +99,13 @@ def kept_waiting(verdict: Verdict, watch: Watch) -> bool:
     return False
 
 
-def out_of_processor(verdict: Verdict) -> Verdict:
+def out_of_limits(verdict: Verdict, exceeded: str) -> Verdict:
     """What the processor's limit has ended does not end by itself, which is how a student reads it."""
     cause = verdict.diagnosis.get("cause") or {}
-    if verdict.state != "crashes" or signal.strsignal(signal.SIGXCPU) not in str(cause.get("signal", "")):
+    ended_by = str(cause.get("signal", "")) if verdict.state == "crashes" else ""
+    if exceeded == "memory" and signal.strsignal(signal.SIGKILL) in ended_by:
+        return verdict._replace(diagnosis={**verdict.diagnosis, **because("judge.takes_too_much", n=RUNNING.memory >> 30, where=cause.get("where", ""))})
+    if signal.strsignal(signal.SIGXCPU) not in ended_by and (exceeded != "seconds" or signal.strsignal(signal.SIGKILL) not in ended_by):
         return verdict
     return verdict._replace(state="times-out", diagnosis={**verdict.diagnosis, **because(
         "judge.does_not_end", n=f"{RUNNING.seconds:g}", where=cause.get("where", ""))})

@@ -71,6 +71,8 @@ def notes(records: list, book, marks: list, say: Speaker) -> list:
     if late := {record["name"]: row["diagnosis"]["cause"]["n"] for record in records for row in record["stages"]
                 if cause_of(row["diagnosis"]) == OUT_OF_TIME}:
         lines.append(say("grade.out_of_time", n=next(iter(late.values())), names=say("grade.list").join(late)))
+    if sandboxes := sorted({record["sandbox"] for record in records if "sandbox" in record}):
+        lines.append(say("grade.sandboxes", names=say("grade.list").join(sandboxes)))
     if book:
         absent = [mark.student.name for mark in marks if not mark.record and not mark.doubts]
         lines.append(say("grade.of_class", n=len(marks) - len(absent), m=len(marks), names=say("grade.list").join(absent)) if absent else

@@ -6,6 +6,7 @@ import math
 import os
 import re
 import shutil
+import stat
 import tempfile
 import time
 from dataclasses import dataclass
@@ -13,11 +14,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..base.cmake_build import BUILD, build_or_fail
+from ..base.errors import CourseError
 from ..homework.compiler import does_not_compile
 from ..homework.diagnosis import Verdict, because
 from ..base.scratch import scratch
 from . import provenance
-from .sandbox import MIB, Limits, Sandbox
+from .sandbox import MIB, Limits
 
 # A compiler needs two seconds and half a gigabyte for the solutions.
 COMPILING = Limits(seconds=30, wall_seconds=120.0, memory=3072 * MIB, processes=16, file_size=128 * MIB)
@@ -60,7 +62,7 @@ class Built(NamedTuple):
 class Toolchain:
     """What ch5_homework/judge/remote/grader.cmake has made: compilers, precompiled header, archives, judge."""
 
-    def __init__(self, box=Sandbox):
+    def __init__(self, box):
         self.box = box
         build_or_fail(["homework_grader"])
         table = json.loads((BUILD / "grader" / "toolchain.json").read_text(encoding="utf-8"))
@@ -69,6 +71,9 @@ class Toolchain:
         self.header, self.object = map(Path, table["precompiled"])
         self.digest, self._usual = self._digest(), None
         self._copies = None if everyone_reaches(self.include) else tempfile.TemporaryDirectory(dir=scratch())
+        if self._copies and box.name == "landlock":
+            raise CourseError(f"only root may enter a folder on the way to {self.include}: the sandbox landlock cannot show it "
+                              "elsewhere, so the project must lie where others may read it. Nothing was run.")
 
     def _digest(self) -> str:
         """Changes with whatever a verdict may depend on."""
@@ -151,16 +156,16 @@ class Toolchain:
 
     def _refused(self, number: int, out: Path):
         """Why what the first step has made may not be linked, or None."""
-        code = (out / Path(MADE[number]).name).read_text(encoding="utf-8", errors="replace")
+        code = read_made(out / Path(MADE[number]).name)
         if number and self._usual is None:
             with tempfile.TemporaryDirectory(dir=scratch()) as folder:
                 self._run(self._first_step(number, "empty.cc"), "empty.cc", b"", Path(folder), ())
-                self._usual = provenance.usual_code((Path(folder) / "out" / Path(MADE[number]).name).read_text(encoding="utf-8", errors="replace"))
+                self._usual = provenance.usual_code(read_made(Path(folder) / "out" / Path(MADE[number]).name))
         if word := provenance.foreign_code(code, number == 0, self._usual or frozenset()):
             return because("compiler.machine_code", word=word)
         given = out.with_name("submission")  # without a sandbox, in which it has another name
         own = tuple(f"{path}{end}" for path, end in ((self.include, "/"), (self.header, ""), (given, "/"), (given.resolve(), "/")))
-        if other := provenance.foreign_file((out / "rule").read_text(encoding="utf-8", errors="replace"), own):
+        if other := provenance.foreign_file(read_made(out / "rule"), own):
             return because("compiler.foreign_file", file={"quoted": other[:200]})
         return None
 
@@ -179,14 +184,23 @@ class Toolchain:
     def _run(self, command: list, file: str, content: bytes, folder: Path, more: tuple, limits: Limits = COMPILING):
         """One run of a compiler, which sees this file, the headers and `more`, and writes into folder/out."""
         given, out = folder / "submission", folder / "out"
-        for place, mode in ((folder, 0o755), (given, 0o755), (out, 0o777)):
+        for place, mode in ((folder, 0o750), (given, 0o750), (out, 0o770)):
             place.mkdir(exist_ok=True)
+            os.chown(place, -1, self.box.group())
             os.chmod(place, mode)
         (given / file).write_bytes(content)
         os.chmod(given / file, 0o644)
         bound = [self.include, self.header, *more]
         box = self.box({"/submission": given, **{str(path): self._seen(path) for path in bound}}, {"/out": out}, limits)
         return box.run(command)
+
+
+def read_made(path: Path) -> str:
+    """What a compiler has written, if it is a usual file: it may be somebody else's, who has taken over the compiler."""
+    with open(os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK), encoding="utf-8", errors="replace") as file:
+        if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+            raise OSError(f"{path} is no usual file")
+        return file.read()
 
 
 def require_room() -> None:

@@ -1,19 +1,23 @@
-"""Whose time it was that ran out: the program's, or the machine's.
+"""What a program in the sandbox takes, with all that it has started: it is looked at ten times a second.
 
-A wall clock blames the wrong one where a machine is overloaded, or a program is stopped from outside. So a program that runs
-longer than a second is looked at four times a second, with all that it has started. What it spends of the processor is its
-own time, and so is the time in which it sleeps, as in a deadlock; that in which it would run and may not, or waits for a disk,
-is the machine's.
+What its processes take together beyond a limit ends them; the system limits each alone. And whose time it was that ran out: a
+wall clock blames the wrong one where a machine is overloaded, or a program is stopped from outside. What a program spends of the
+processor is its own time, and so is the time in which it sleeps, as in a deadlock; that in which it would run and may not, or
+waits for a disk, is the machine's.
 """
 
 import bisect
 import os
+import signal
 import threading
 import time
 from contextlib import suppress
 from pathlib import Path
+from typing import NamedTuple
 
-PERIOD = 0.25  # seconds
+from .confine import USERS
+
+PERIOD = 0.1  # seconds
 TICKS = os.sysconf("SC_CLK_TCK")
 ASLEEP = ("S", "I", "Z", "X")  # of the states in /proc/PID/stat; R runs or would, D waits for a disk, T is stopped
 
@@ -21,9 +25,10 @@ ASLEEP = ("S", "I", "Z", "X")  # of the states in /proc/PID/stat; R runs or woul
 class Watch:
     """own(a, b) are the seconds of the program's own time in [a, b], counted from the beginning."""
 
-    def __init__(self, mark: str):
-        """`mark` is in the command line of this program and of no other."""
-        self.mark = mark.encode()
+    def __init__(self, mark: str, limits=None, folders=(), clear=lambda: None):
+        """`mark` is in the command line of this program and of no other. `folders` are those that it may write into; `clear` is
+        called once it has ended. `exceeded` will be the limit, "seconds", "memory" or "scratch", that ended it, or ""."""
+        self.mark, self.limits, self.folders, self.clear, self.exceeded = mark.encode(), limits, list(folders), clear, ""
         self.begin, self.times, self.owns = time.monotonic(), [0.0], [0.0]
         self.ticks = 0
         self.done = threading.Event()
@@ -36,6 +41,7 @@ class Watch:
     def __exit__(self, *_):
         self.done.set()
         self.thread.join()
+        self.clear()
         self.end = time.monotonic() - self.begin
 
     def own(self, first: float = 0.0, last: float = None) -> float:
@@ -55,35 +61,119 @@ class Watch:
         return self.owns[k - 1] + slope * (at - self.times[k - 1])
 
     def _look(self) -> None:
-        wait, spent = 4 * PERIOD, {}
-        while not self.done.wait(wait):
-            wait, now = PERIOD, time.monotonic() - self.begin
+        spent = {}
+        while not self.done.wait(PERIOD):
+            now = time.monotonic() - self.begin
             tree = processes_of(self.mark)
+            if self.limits:
+                self._hold(tree)
             before = sum(spent.values())
-            spent.update({pid: ticks for pid, (_, ticks) in tree.items()})  # what has ended keeps its own
+            spent.update({pid: one.ticks for pid, one in tree.items()})  # what has ended keeps its own
             self.ticks = sum(spent.values())
             used, passed = (self.ticks - before) / TICKS, now - self.times[-1]
-            asleep = all(state in ASLEEP for state, _ in tree.values())
+            asleep = all(state_of_threads(pid, one.state) in ASLEEP for pid, one in tree.items())
             self.times.append(now)
             self.owns.append(self.owns[-1] + (passed if asleep else min(used, passed)))
 
+    def _hold(self, tree: dict) -> None:
+        """Ends all that is inside if it takes more than it may. Of one process, the system sees to the same limits first."""
+        inside = {pid: status for pid in tree if is_inside(status := status_of(pid))}
+        around = {tree[pid].parent for pid in inside} & tree.keys() - inside.keys()  # has the times of those that have ended
+        ticks = sum(tree[pid].ticks + tree[pid].reaped for pid in inside) + sum(tree[pid].reaped for pid in around)
+        files, size = used_below(self.folders, self.limits.files) if inside else (0, 0)
+        if ticks / TICKS > self.limits.seconds + 1:
+            self.exceeded = "seconds"
+        elif memory_of(inside, self.limits.memory) > self.limits.memory:
+            self.exceeded = "memory"
+        elif files > self.limits.files or size > self.limits.scratch:
+            self.exceeded = "scratch"
+        else:
+            return
+        for pid in inside:
+            with suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGKILL)
+
+
+class Process(NamedTuple):
+    parent: int
+    state: str
+    ticks: int   # of the processor, its own
+    reaped: int  # and of those that it has waited for
+
+
+_last_look = (-1.0, {})
+_one_looks = threading.Lock()
+
+
+def all_processes() -> dict:
+    """{pid: Process} of this machine; many submissions share a look."""
+    global _last_look
+    with _one_looks:
+        if time.monotonic() - _last_look[0] > PERIOD / 4:
+            found = {}
+            for pid in filter(str.isdigit, os.listdir("/proc")):
+                with suppress(OSError):  # it has just ended
+                    fields = Path(f"/proc/{pid}/stat").read_bytes().rpartition(b")")[2].split()
+                    user, system, users, systems = map(int, fields[11:15])
+                    found[int(pid)] = Process(int(fields[1]), fields[0].decode(), user + system, users + systems)
+            _last_look = (time.monotonic(), found)
+        return _last_look[1]
+
 
 def processes_of(mark: bytes) -> dict:
-    """{pid: (state, ticks of the processor)} of the processes that are called by the mark, and of all that they have started."""
-    parents, states = {}, {}
-    for name in os.listdir("/proc"):
-        if name.isdigit():
-            try:
-                fields = Path(f"/proc/{name}/stat").read_text(encoding="latin-1").rpartition(")")[2].split()
-            except OSError:  # it has just ended
-                continue
-            parents[int(name)], states[int(name)] = int(fields[1]), (fields[0], int(fields[11]) + int(fields[12]))
-    ours = set()
+    """{pid: Process} of the processes that are called by the mark, and of all that they have started."""
+    processes, ours = all_processes(), set()
+    parents = {pid: one.parent for pid, one in processes.items()}
     for pid in below(os.getpid(), parents):
         with suppress(OSError):
             if mark in Path(f"/proc/{pid}/cmdline").read_bytes():
                 ours |= {pid, *below(pid, parents)}
-    return {pid: (state_of_threads(pid, states[pid][0]), states[pid][1]) for pid in ours}
+    return {pid: processes[pid] for pid in ours}
+
+
+def status_of(pid: int) -> dict:
+    with suppress(OSError):
+        return dict(line.split(":", 1) for line in Path(f"/proc/{pid}/status").read_text(encoding="latin-1").splitlines() if ":" in line)
+    return {}
+
+
+def is_inside(status: dict) -> bool:
+    """Whether it is in a namespace of its own, or one of the users of confine.py."""
+    user = int(status.get("Uid", "0").split()[0])
+    return len(status.get("NSpid", "").split()) > 1 or any(user in users for users in USERS)
+
+
+def memory_of(inside: dict, most: int) -> int:
+    """Bytes of these processes together; what they share counts once, where it would be too much otherwise."""
+    total = sum(kilobytes(status, "VmRSS", "VmSwap") for status in inside.values()) << 10
+    return total if total <= most else sum(shares_of(pid, status) for pid, status in inside.items()) << 10
+
+
+def kilobytes(table: dict, *names) -> int:
+    return sum(int(table.get(name, "0").split()[0]) for name in names)
+
+
+def shares_of(pid: int, status: dict) -> int:
+    try:
+        lines = Path(f"/proc/{pid}/smaps_rollup").read_text(encoding="latin-1").splitlines()[1:]
+    except OSError:
+        return kilobytes(status, "VmRSS", "VmSwap")
+    return kilobytes(dict(line.split(":", 1) for line in lines), "Pss", "SwapPss")
+
+
+def used_below(folders: list, most: int) -> tuple:
+    """(files, bytes) of these folders; files beyond `most` are not counted."""
+    files = size = 0
+    folders = list(folders)
+    while folders and files <= most:
+        with suppress(OSError), os.scandir(folders.pop()) as entries:
+            for entry in entries:
+                files, size = files + 1, size + entry.stat(follow_symlinks=False).st_blocks * 512
+                if entry.is_dir(follow_symlinks=False):
+                    folders.append(entry.path)
+                if files > most:
+                    break
+    return files, size
 
 
 def state_of_threads(pid: int, state: str) -> str:
