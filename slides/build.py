@@ -39,6 +39,7 @@ import re
 import sys
 import tempfile
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
@@ -98,18 +99,31 @@ def fill(text, facts, tables, where):
     return PLACEHOLDER.sub(value, text), found
 
 
+@contextmanager
+def of_this_version(folder):
+    """Whoever has older tables is told so, not which row is missing where."""
+    try:
+        yield
+    except (LookupError, ValueError) as error:
+        raise TableError(f"{folder} and the folders beside it: their tables are not what this version writes ({error}); "
+                         "./course plots --rerun makes them anew") from error
+
+
 class Prepared:
     """A deck before Marp: its words with their numbers, and its figures."""
 
     def __init__(self, deck, csv):
         tables, module, source = tables_of(csv), module_of(deck), deck.read_text(encoding="utf-8")
         self.name, self.lang, self.source = deck.stem, language(deck), source
-        filled, self.numbers = fill(source, {**blanks(), **module.facts(tables)}, tables, deck)
+        with of_this_version(tables.folder):
+            facts = module.facts(tables)
+        filled, self.numbers = fill(source, {**blanks(), **facts}, tables, deck)
         self.figures = {}
         for name in sorted(set(FIGURE.findall(source))):
             if name not in module.FIGURES:
                 raise BuildError(f"{deck}: no script draws figures/{name}.svg", code=1)
-            self.figures[name] = module.FIGURES[name](tables, self.lang)
+            with of_this_version(tables.folder):
+                self.figures[name] = module.FIGURES[name](tables, self.lang)
         self.text = SLIDE_ID.sub("", filled)
 
     def reading(self):
