@@ -90,13 +90,21 @@ Qd RefineByEpipolarLines(const std::vector<RayPair>& rays, Qd q, Vec3 v) {
   return q;
 }
 
-// θ, or nullopt if the images share too few points.
-std::optional<Vec3> TurnBetween(const Image& from, const Image& to) {
-  constexpr size_t kFewest = 12;
+// nullopt if the images share too few points.
+std::optional<Turn> TurnBetween(const Image& from, const Image& to, size_t fewest = 12) {
   const std::vector<RayPair> rays = CommonRays(from, to);
-  if (rays.size() < kFewest) return std::nullopt;
+  if (rays.size() < fewest) return std::nullopt;
   const Vec6 start = MotionOfEqualDepths(rays);
-  return LogSO3(RefineByEpipolarLines(rays, ExpSO3(start.head<3>()), start.tail<3>()));
+  const Vec3 theta = LogSO3(RefineByEpipolarLines(rays, ExpSO3(start.head<3>()), start.tail<3>()));
+  return Turn{from.t, to.t, theta / (to.t - from.t)};
+}
+
+template <typename Visit>
+void ForPairs(const std::vector<Image>& images, const Visit& visit) {
+  for (size_t i = 0, k = 1; k < images.size(); ++k) {
+    while (i + 1 < k && images[k].t - images[i + 1].t > kLeastBetween) ++i;
+    if (images[k].t - images[i].t <= kMostBetween) visit(images[i], images[k]);
+  }
 }
 
 // The gyroscope's mean rate, in B; nullopt where it did not measure.
@@ -151,15 +159,44 @@ std::vector<Mat33> SignedPermutations() {
   return all;
 }
 
+Vec3 SpreadOfImageTurns(const Recording& recording) {
+  constexpr double kMost = 10.0;    // [rad/s]: faster ones are none
+  constexpr double kOverlap = 3.0;  // of the pairs of images, of which so many are one measurement
+  constexpr double kSure = 5.0;     // σ
+  constexpr size_t kFewest = 8;     // points of a half
+  const Mat33 R_B_C = recording.calibration.T_B_C.q.toRotationMatrix();
+  std::vector<std::pair<Vec3, Vec3>> rates;
+  Vec3 mean_a = Vec3::Zero(), mean_b = Vec3::Zero();
+  const auto half = [](Image image, int parity) {
+    const auto is_other = [&](const TrackedPoint& point) { return point.id % 2 != parity; };
+    image.tracks.erase(std::remove_if(image.tracks.begin(), image.tracks.end(), is_other), image.tracks.end());
+    return image;
+  };
+  ForPairs(recording.images, [&](const Image& from, const Image& to) {
+    const auto a = TurnBetween(half(from, 0), half(to, 0), kFewest),
+               b = TurnBetween(half(from, 1), half(to, 1), kFewest);
+    if (!a || !b || a->rate.norm() > kMost || b->rate.norm() > kMost) return;
+    mean_a += R_B_C * a->rate, mean_b += R_B_C * b->rate;
+    rates.emplace_back(R_B_C * a->rate, R_B_C * b->rate);
+  });
+  const double n = static_cast<double>(rates.size());
+  Vec3 sum = Vec3::Zero(), squares = Vec3::Zero();
+  for (const auto& [a, b] : rates) {
+    const Vec3 product = (a - mean_a / n).cwiseProduct(b - mean_b / n);
+    sum += product;
+    squares += product.cwiseAbs2();
+  }
+  Vec3 spread = Vec3::Zero();
+  for (int axis = 0; axis < 3; ++axis)
+    if (sum[axis] > kSure * std::sqrt(kOverlap * squares[axis])) spread[axis] = std::sqrt(sum[axis] / n);
+  return spread;
+}
+
 std::optional<TurnAgreement> CompareTurns(const Recording& recording) {
   std::vector<Turn> turns;
-  const auto& images = recording.images;
-  for (size_t i = 0, k = 1; k < images.size(); ++k) {
-    while (i + 1 < k && images[k].t - images[i + 1].t > kLeastBetween) ++i;
-    const Image &from = images[i], &to = images[k];
-    if (to.t - from.t > kMostBetween) continue;
-    if (const auto theta = TurnBetween(from, to)) turns.push_back({from.t, to.t, *theta / (to.t - from.t)});
-  }
+  ForPairs(recording.images, [&](const Image& from, const Image& to) {
+    if (const auto turn = TurnBetween(from, to)) turns.push_back(*turn);
+  });
   const Mat33 R_B_C = recording.calibration.T_B_C.q.toRotationMatrix();
   const auto correlate = [&](const Mat33& R, double delay) { return Correlate(turns, recording.imu, R, delay).value; };
   TurnAgreement result;

@@ -26,6 +26,10 @@ std::vector<Mat33> SignedPermutations();
 /// @return nullopt if the camera turns too little or too evenly (within 0.05 rad/s), or fewer than 50 pairs of images tell
 std::optional<TurnAgreement> CompareTurns(const Recording& recording);
 
+/// The standard deviation of the images' turns about each axis of B, without their noise: the root of the covariance of two
+/// halves of the tracks [rad/s]; 0 where that is not certain.
+Vec3 SpreadOfImageTurns(const Recording& recording);
+
 /// What a correlation leaves of the variance.
 inline double LeftVariance(double correlation) { return 1.0 - correlation * correlation; }
 

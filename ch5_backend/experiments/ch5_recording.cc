@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "ch5_backend/experiments/studies/command_line.h"
+#include "ch5_backend/experiments/studies/implausible_readings.h"
 #include "ch5_backend/experiments/studies/odometry_study.h"
 #include "ch5_backend/experiments/studies/recording_warnings.h"
 #include "ch5_backend/files/recording_file.h"
@@ -25,8 +26,8 @@ constexpr char kUsage[] =
     "tables in DIR/csv, which figures/recording.py draws. After a restart a new segment begins, with its own files,\n"
     "POLICY_1.tum and so on, which is compared with the truth separately.\n"
     "A second camera, camera1 of calibration.yaml, is followed too; --mono leaves it out.\n"
-    "Rows that cannot be read are left out, counted and named, unless they are more than one in twenty; with --strict\n"
-    "the first is an error.\n"
+    "Rows that cannot be read, unless they are more than one in twenty, and IMU readings that cannot be are left out,\n"
+    "counted and named; with --strict the first is an error.\n"
     "--batch also solves the longest segment at once. --window is VINS's frames or OKVIS's keyframes. The other "
     "settings\n"
     "can also be set in calibration.yaml, as `max_features: 60` under `estimator:`; the command line takes "
@@ -84,9 +85,12 @@ void PrintRun(const ch5::OdometryRun& run) {
 
 void Run(const Command& command) {
   std::vector<ch5::LeftOut> left_out;
-  ch5::Recording recording = ch5::ReadRecording(command.folder, command.strict ? nullptr : &left_out);
-  const auto extras = ch5::ReadCalibrationExtras(std::filesystem::path(command.folder) / "calibration.yaml");
+  std::vector<int> imu_lines;
+  const std::filesystem::path folder = command.folder;
+  ch5::Recording recording = ch5::ReadRecording(folder, command.strict ? nullptr : &left_out, &imu_lines);
+  const auto extras = ch5::ReadCalibrationExtras(folder / "calibration.yaml");
   ch5::OdometrySettings settings = ch5::ReadOdometrySettings(extras.estimator, command.given);
+  const auto readings = ch5::CheckReadings((folder / "imu.csv").string(), imu_lines, command.strict, &recording);
   settings.Restrict(&recording);
   ch5::RecordingWarnings warnings;
   const auto warn = [&warnings](const ch5::RecordingWarnings& more) {
@@ -104,8 +108,12 @@ void Run(const Command& command) {
            "only camera and camera1 are used; keys of others: " + std::to_string(keys.size()) + ", the first is " +
                keys.front()}});
   }
-  warn(ch5::CheckMeasurements(recording, &settings));
-  warn(ch5::CheckClock(recording, &settings));
+  warn(readings);
+  const auto is_dead = [](const ch5::RecordingWarning& warning) { return warning.name == "gyroscope_dead"; };
+  if (std::none_of(readings.begin(), readings.end(), is_dead)) {  // else nothing can be compared with the images
+    warn(ch5::CheckMeasurements(recording, &settings));
+    warn(ch5::CheckClock(recording, &settings));
+  }
   const ch5::OutputFolder made(command.out);
   std::printf("%zu images, %zu IMU measurements, %.1f s\n\n", recording.images.size(), recording.imu.size(),
               recording.images.back().t - recording.images.front().t);

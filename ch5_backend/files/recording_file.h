@@ -25,7 +25,9 @@ namespace ch5 {
 ///         fewer than two IMU measurements, no image, a table that ends within a line, or a truth whose quaternions agree with
 ///         the gyroscope in the order x, y, z, w only
 /// @param left_out  if not null, rows of the tables that cannot be read are left out and counted here, unless they are many
-Recording ReadRecording(const std::filesystem::path& folder, std::vector<LeftOut>* left_out = nullptr);
+/// @param imu_lines  if not null, the line of each IMU measurement in imu.csv
+Recording ReadRecording(const std::filesystem::path& folder, std::vector<LeftOut>* left_out = nullptr,
+                        std::vector<int>* imu_lines = nullptr);
 
 /// Poses in TUM's format: `timestamp tx ty tz qx qy qz qw` in a line, in seconds; lines that begin with # are comments. IsTum
 /// tells by the first pose. Velocities become differences of the positions.

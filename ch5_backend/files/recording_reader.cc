@@ -29,13 +29,14 @@ bool NextRow(CsvReader* csv) {
   return true;
 }
 
-void ReadImu(const std::string& path, Recording* recording, std::vector<LeftOut>* left_out) {
+void ReadImu(const std::string& path, Recording* recording, std::vector<LeftOut>* left_out, std::vector<int>* lines) {
   CsvReader csv(path);
   ReadEach(path, left_out, [&] {
     if (!NextRow(&csv)) return false;
     const int64_t stamp = csv.Stamp();
     if (recording->imu.empty()) recording->origin_ns = stamp;
     recording->imu.push_back({TimeOf(csv, stamp, *recording), csv.Vector("a_"), csv.Vector("w_")});
+    if (lines) lines->push_back(csv.Line());
     return true;
   });
   if (const std::string why = WhyNotInUnits(recording->imu, recording->calibration); !why.empty()) csv.Fail(why);
@@ -291,10 +292,11 @@ CalibrationExtras ReadCalibrationExtras(const std::filesystem::path& file) {
   return extras;
 }
 
-Recording ReadRecording(const std::filesystem::path& folder, std::vector<LeftOut>* left_out) {
+Recording ReadRecording(const std::filesystem::path& folder, std::vector<LeftOut>* left_out,
+                        std::vector<int>* imu_lines) {
   Recording recording;
   recording.calibration = ReadCalibration(folder / "calibration.yaml");
-  ReadImu((folder / "imu.csv").string(), &recording, left_out);
+  ReadImu((folder / "imu.csv").string(), &recording, left_out, imu_lines);
   ReadTracks((folder / "tracks.csv").string(), &recording, left_out);
   for (const char* name : {"groundtruth.csv", "groundtruth.txt"}) {
     const std::filesystem::path truth = folder / name;

@@ -46,18 +46,17 @@ std::string WhyNotInPixels(const Camera& camera) {
 
 std::string WhyNotInUnits(const std::vector<ImuMeasurement>& imu, const Calibration& calibration) {
   if (imu.size() < 2) return "at least two IMU measurements are needed";
-  std::vector<double> steps;
-  double force = 0.0;
+  std::vector<double> steps, forces;
   for (size_t k = 1; k < imu.size(); ++k) steps.push_back(imu[k].t - imu[k - 1].t);
-  for (const ImuMeasurement& measurement : imu) force += measurement.acceleration.norm();
-  force /= static_cast<double>(imu.size());
+  for (const ImuMeasurement& measurement : imu) forces.push_back(measurement.acceleration.norm());
+  const double force = Median(forces);
   std::ostringstream why;
   if (const double rate = 1.0 / Median(steps);
       rate > 20.0 * calibration.imu_rate || rate < calibration.imu_rate / 20.0) {
     why << "the timestamps tell of " << rate << " measurements a second, the calibration of " << calibration.imu_rate
         << ": is one of them wrong? Timestamps are in nanoseconds";
   } else if (force < 0.4 * calibration.gravity || force > 2.5 * calibration.gravity) {
-    why << "the accelerations are " << force << " m/s² long on average, where gravity alone is " << calibration.gravity
+    why << "the accelerations are " << force << " m/s² long (median), where gravity alone is " << calibration.gravity
         << ": are they swapped with the rates, in another unit, or without gravity?";
   }
   return why.str();

@@ -236,6 +236,19 @@ class RecordingApp(AppTest):
         row, = table(self.out / "csv" / "odometry_warnings.csv")
         self.assertEqual((row["warning"], row["detail"]), ("gyroscope_rail", "y"))
 
+    def test_readings_that_cannot_be_are_left_out_and_named(self):
+        recording = self.simulate(6)
+        imu = recording / "imu.csv"
+        edit(imu, lambda rows: [[row[0], *6 * ["0"]] if 700 <= k < 710 else row for k, row in enumerate(rows)])
+        done = self.program(recording, "--out", self.out, "--strict")
+        self.assertEqual((done.returncode, done.stdout, done.stderr.count("\n")), (2, "", 1))
+        self.assertIn(f"ch5_recording: {imu}:702: at 3.500 s, w = 0.000 0.000 0.000, a = 0.000 0.000 0.000: IMU readings that cannot be: ", done.stderr)
+        row, = self.course_run(recording)["warnings"]
+        self.assertEqual((row["warning"], row["value"], row["other"]), ("imu_stuck", 10, 3.5))
+        self.assertTrue(row["detail"].startswith(f"{imu}:702: at 3.500 s"), row["detail"])
+        for page, words in (("report.html", "IMU readings left out: 10, because"), ("report.zh.html", "略去了 10 个 IMU 读数")):
+            self.assertIn(words, (self.out / "room" / page).read_text(encoding="utf-8").replace("\u00a0", " "))
+
     def test_a_scale_that_is_hardly_known_is_named(self):
         done = self.program(self.simulate(12, "circle"), "--out", self.out)
         self.assertRegex(done.stderr, r"warning: just after the estimator started \(at \d\.\d\d s\) it knew the scale only to ±[78] %")

@@ -82,7 +82,7 @@ BROKEN = {
         late_camera, r"FOLDER/cam0/data\.csv: the clocks of camera and IMU differ: no image lies within the IMU's time; the "
         r"images are from 1\d+\.00 s to 1\d+\.00 s after its first measurement, its last is at 1\.00 s"),
     "swapped columns": (
-        edit(MOTION, swap_vectors_everywhere), r"FOLDER/imu0/data\.csv:\d+: the accelerations are 0\.\d+ m/s² long on average, where "
+        edit(MOTION, swap_vectors_everywhere), r"FOLDER/imu0/data\.csv:\d+: the accelerations are 0\.\d+ m/s² long \(median\), where "
         r"gravity alone is 9\.81: are they swapped with the rates, in another unit, or without gravity\?"),
     "rates in degrees, as their column says": (
         replace(MOTION, r"w_RS_S_y \[rad s\^-1\]", "w_RS_S_y [deg/s]"), r"FOLDER/imu0/data\.csv:1: w_y: must be in meters, seconds "

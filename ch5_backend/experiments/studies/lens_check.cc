@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 
@@ -19,7 +20,7 @@ constexpr double kSigma = 3e-3;  // [rad]: a pixel and a half
 // From C_i to C_j by the gyroscope at no bias:  R(b, τ) = Exp(−τ ω_i) R Exp(J b + τ ω_j),  τ being a delay.
 struct GyroscopeTurn {
   Mat33 R, J;
-  Vec3 rate_i, rate_j;
+  Vec3 rate_i, rate_j, theta;
 };
 
 struct ImagePair {
@@ -29,26 +30,33 @@ struct ImagePair {
 
 // r = t·(f_i × R f_j) / ‖t × R f_j‖, the sine of the angle between f_i and its epipolar plane; the second row keeps t of
 // length one.
-class EdgeBentRays : public AutoDiffEdge<EdgeBentRays, 2, VertexVector<4>, VertexScalar, VertexVector<3>> {
+class EdgeBentRays
+    : public AutoDiffEdge<EdgeBentRays, 2, VertexVector<4>, VertexScalar, VertexScalar, VertexScalar, VertexVector<3>> {
  public:
   EdgeBentRays(std::shared_ptr<VertexVector<4>> bias_delay, std::shared_ptr<VertexScalar> k,
+               std::shared_ptr<VertexScalar> width, std::shared_ptr<VertexScalar> turn_gain,
                std::shared_ptr<VertexVector<3>> t, const GyroscopeTurn& turn, const std::pair<Vec2, Vec2>& points)
-      : AutoDiffEdge(std::move(bias_delay), std::move(k), std::move(t)), turn_(turn), points_(points) {}
+      : AutoDiffEdge(std::move(bias_delay), std::move(k), std::move(width), std::move(turn_gain), std::move(t)),
+        turn_(turn),
+        points_(points) {}
 
   template <typename T>
   Eigen::Matrix<T, 2, 1> Evaluate(const Eigen::Matrix<T, 4, 1>& bias_delay, const Eigen::Matrix<T, 1, 1>& k,
+                                  const Eigen::Matrix<T, 1, 1>& width, const Eigen::Matrix<T, 1, 1>& turn_gain,
                                   const Eigen::Matrix<T, 3, 1>& t) const {
     using Vector = Eigen::Matrix<T, 3, 1>;
     const auto ray = [&](const Vec2& x) -> Vector {
-      const T bend = k[0] * x.squaredNorm() + 1.0;
+      const T bend = k[0] * x.squaredNorm() + width[0] + 1.0;
       return Vector(bend * x.x(), bend * x.y(), T(1.0)).normalized();
     };
-    const Vector turned_j = turn_.J * bias_delay.template head<3>() + turn_.rate_j * bias_delay[3];
+    const Vector turned_j =
+        turn_.J * bias_delay.template head<3>() + turn_.rate_j * bias_delay[3] + turn_.theta * turn_gain[0];
     const Vector turned_i = turn_.rate_i * bias_delay[3];
     const Vector f_i = ray(points_.first), f_j = ray(points_.second);
     const Vector m = turn_.R * (f_j + turned_j.cross(f_j)), f = m - turned_i.cross(m), c = t.cross(f);
     using std::sqrt;
-    return {-f_i.dot(c) / sqrt(c.squaredNorm() + 1e-6), t.squaredNorm() - 1.0};
+    // Narrower rays have less noise too, so that only errors relative to the width can be compared.
+    return {-f_i.dot(c) / (sqrt(c.squaredNorm() + 1e-6) * (width[0] + 1.0)), t.squaredNorm() - 1.0};
   }
   std::string TypeInfo() const override { return "EdgeBentRays"; }
 
@@ -62,8 +70,9 @@ std::optional<GyroscopeTurn> TurnBetween(const Recording& recording, double t0, 
   if (samples.empty()) return std::nullopt;
   const Preintegration imu(samples, Vec3::Zero(), Vec3::Zero(), recording.calibration.noise);
   const Mat33 R_C_B = recording.calibration.T_B_C.q.conjugate().toRotationMatrix();
-  return GyroscopeTurn{R_C_B * imu.Gamma() * R_C_B.transpose(), R_C_B * imu.BiasJacobian().block<3, 3>(3, 3),
-                       R_C_B * samples.front().gyroscope, R_C_B * samples.back().gyroscope};
+  const Mat33 R = R_C_B * imu.Gamma() * R_C_B.transpose();
+  return GyroscopeTurn{R, R_C_B * imu.BiasJacobian().block<3, 3>(3, 3), R_C_B * samples.front().gyroscope,
+                       R_C_B * samples.back().gyroscope, LogSO3(Qd(R))};
 }
 
 // The first later image from which the points, rotation taken out, have moved far enough.
@@ -110,13 +119,17 @@ Vec3 FirstDirection(const ImagePair& pair) {
 
 }  // namespace
 
-std::optional<LensAgreement> CheckLens(const Recording& recording, double delay) {
+std::optional<Disagreement> FindDisagreement(const Recording& recording, double delay) {
   constexpr size_t kPairs = 50, kFewest = 10;
   Graph graph;
   const auto bias_delay = std::make_shared<VertexVector<4>>(VertexVector<4>::Estimate::Zero());
-  const auto k = std::make_shared<VertexScalar>(VertexScalar::Estimate(0.0));
   graph.AddVertex(bias_delay);
-  graph.AddVertex(k);
+  std::array<std::shared_ptr<VertexScalar>, 3> unknowns;
+  for (auto& unknown : unknowns) {
+    unknown = std::make_shared<VertexScalar>(VertexScalar::Estimate(0.0));
+    unknown->SetFixed();
+    graph.AddVertex(unknown);
+  }
   size_t pairs = 0;
   for (size_t i = 0; i < recording.images.size(); i += std::max<size_t>(1, recording.images.size() / kPairs)) {
     const auto pair = FindPair(recording, i, delay);
@@ -126,7 +139,8 @@ std::optional<LensAgreement> CheckLens(const Recording& recording, double delay)
     t->SetRole(Role::kLandmark);
     graph.AddVertex(t);
     for (const auto& points : pair->points) {
-      graph.AddEdge(std::make_shared<EdgeBentRays>(bias_delay, k, t, pair->turn, points));
+      graph.AddEdge(
+          std::make_shared<EdgeBentRays>(bias_delay, unknowns[0], unknowns[1], unknowns[2], t, pair->turn, points));
       graph.Edges().back()->SetInformation(Mat22::Identity() / (kSigma * kSigma));
     }
   }
@@ -138,13 +152,19 @@ std::optional<LensAgreement> CheckLens(const Recording& recording, double delay)
     options.max_iterations = 20;
     return SparseOptimizer(&graph).Solve(options).final_cost;
   };
-  LensAgreement result;
-  solve(15.0);  // so wide that a bias rejects nothing
-  const double bent = solve(3.0);
-  result.k = k->GetEstimate()[0];
-  k->SetEstimate(VertexScalar::Estimate(0.0));
-  k->SetFixed();
-  result.gain = solve(3.0) / bent;  // from there, so that both are at one minimum
+  Disagreement result;
+  const double n = static_cast<double>(graph.Edges().size());
+  Cause* const found[] = {&result.lens, &result.focal, &result.gyroscope};
+  for (size_t i = 0; i < unknowns.size(); ++i) {
+    unknowns[i]->SetFixed(false);
+    solve(15.0);  // so wide that a bias rejects nothing
+    const double left = solve(3.0);
+    const double value = unknowns[i]->GetEstimate()[0];
+    unknowns[i]->SetEstimate(VertexScalar::Estimate(0.0));
+    unknowns[i]->SetFixed();
+    const double gain = solve(3.0) / left;  // from there, so that both are at one minimum
+    *found[i] = {value, std::abs(value) / std::sqrt(n * std::max(gain - 1.0, 1e-9)), gain};
+  }
   return result;
 }
 

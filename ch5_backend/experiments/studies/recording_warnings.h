@@ -1,11 +1,24 @@
 #pragma once
 /// Doubtful data in a recording that can be followed all the same: warnings on the terminal and in the report.
 
+#include <iomanip>
+#include <sstream>
+#include <string>
+
 #include "ch5_backend/experiments/studies/odometry_study.h"
 
 namespace ch5 {
 
-/// Images too far apart, an IMU at the limits of its range, and what makes estimators drift, or restart because images and
+/// A sentence, its numbers with two decimals.
+template <typename... Words>
+std::string Join(const Words&... words) {
+  std::ostringstream sentence;
+  sentence << std::fixed << std::setprecision(2);
+  (sentence << ... << words);
+  return sentence.str();
+}
+
+/// Images too far apart, and what makes estimators drift, or restart because images and
 /// IMU disagree. What the turns tell of the delay of the camera's clock becomes the settings' first guess.
 RecordingWarnings CheckMeasurements(const Recording& recording, OdometrySettings* settings);
 

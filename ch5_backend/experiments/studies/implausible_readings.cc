@@ -1,0 +1,290 @@
+#include "ch5_backend/experiments/studies/implausible_readings.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <iomanip>
+#include <sstream>
+
+#include "ch5_backend/evaluate/turn_agreement.h"
+#include "ch5_backend/experiments/studies/recording_warnings.h"
+#include "ch5_backend/math/median.h"
+
+namespace ch5 {
+namespace {
+
+using Readings = std::vector<ImuMeasurement>;
+using Reading = Vec3 ImuMeasurement::*;
+
+struct Sensor {
+  std::string name, unit;
+  Reading reading;
+  double ImuNoise::*density;
+  double least_rail;   // the smallest ranges are 125°/s and 2 g
+  double least_spike;  // in 5 ms this spoils an estimate by 0.1° or 1 cm/s
+};
+const Sensor kSensors[] = {
+    {"gyroscope", "rad/s", &ImuMeasurement::gyroscope, &ImuNoise::gyroscope, 1.5, 0.5},
+    {"accelerometer", "m/s²", &ImuMeasurement::acceleration, &ImuNoise::accelerometer, 15.0, 5.0}};
+
+// Noise turns a step back as often as not; a motion alone does not, and may stand still, jump or turn evenly.
+bool IsNoisy(const Readings& imu, Reading reading) {
+  constexpr double kLeastShare = 0.05;
+  Vec3 last = Vec3::Zero();
+  size_t steps = 0, back = 0;
+  for (size_t k = 1; k < imu.size(); ++k) {
+    const Vec3 step = imu[k].*reading - imu[k - 1].*reading;
+    if (step.isZero(0.0)) continue;
+    ++steps;
+    if (step.dot(last) < 0.0) ++back;
+    last = step;
+  }
+  return static_cast<double>(back) > kLeastShare * static_cast<double>(steps);
+}
+
+struct Held {
+  size_t first, length;
+};
+
+std::vector<Held> RunsOfEqual(const Readings& imu, Reading reading) {
+  std::vector<Held> runs;
+  for (size_t k = 0; k < imu.size(); ++k) {
+    if (k == 0 || imu[k].*reading != imu[k - 1].*reading) runs.push_back({k, 0});
+    ++runs.back().length;
+  }
+  return runs;
+}
+
+// For how many readings each value of a sensor stays, as where a slow sensor is read at a fast one's rate; 1: it does not. At
+// rest a coarse one repeats its values too, but without a rule.
+size_t HeldFor(const std::vector<Held>& runs) {
+  constexpr size_t kFewest = 20;
+  constexpr double kShare = 0.8;  // by chance less than half are so alike
+  if (runs.size() < kFewest) return 1;
+  std::vector<double> lengths;
+  for (const Held& run : runs) lengths.push_back(static_cast<double>(run.length));
+  const double median = Median(lengths);
+  const auto is_alike = [&](double length) { return length > 1.0 && std::abs(length - median) <= 1.0; };
+  const auto alike = std::count_if(lengths.begin(), lengths.end(), is_alike);
+  return static_cast<double>(alike) < kShare * static_cast<double>(runs.size()) ? 1 : static_cast<size_t>(median);
+}
+
+// Where a noisy sensor stands still and then jumps, and where it feels not even gravity. A coarse one may stand still at
+// rest, but its next value is beside.
+void MarkStuck(const Readings& imu, const Sensor& sensor, std::vector<bool>* is_out) {
+  constexpr size_t kFewest = 5;  // a driver that repeats a reading or two does no harm
+  constexpr double kJump = 0.5;  // of the median step, which noise exceeds nearly always at one of the ends
+  constexpr double kLeastForce = 1.0;
+  const std::vector<Held> runs = RunsOfEqual(imu, sensor.reading);
+  if (runs.size() < 2 || !IsNoisy(imu, sensor.reading)) return;
+  const auto step = [&](size_t k) {
+    return k == 0 || k == imu.size() ? 0.0 : (imu[k].*sensor.reading - imu[k - 1].*sensor.reading).norm();
+  };
+  std::vector<double> steps;
+  for (size_t i = 1; i < runs.size(); ++i) steps.push_back(step(runs[i].first));
+  const double resolution = *std::min_element(steps.begin(), steps.end());
+  const double least = std::max(kJump * Median(steps), 2.0 * resolution);
+  const size_t fewest = std::max(kFewest, 3 * HeldFor(runs));
+  for (const auto& [first, length] : runs) {
+    const double before = step(first), after = step(first + length);
+    const bool is_zero = sensor.reading == &ImuMeasurement::acceleration && (imu[first].*sensor.reading).isZero(0.0) &&
+                         (first == 0 || before > kLeastForce) && (first + length == imu.size() || after > kLeastForce);
+    if (!is_zero && (length < fewest || std::max(before, after) <= least)) continue;
+    const size_t kept = is_zero ? 0 : 1;
+    std::fill_n(is_out->begin() + static_cast<std::ptrdiff_t>(first + kept), length - kept, true);
+  }
+}
+
+// What many readings of one axis share that are extreme in one direction: their value, which is behind a calibration,
+// x = c₀ + c₁ y + c₂ z, exact as no noise is.
+struct Rail {
+  double value = 0.0;
+  std::vector<size_t> readings;
+};
+Rail FindRail(const Readings& imu, const Sensor& sensor, int axis, double sign) {
+  constexpr double kNear = 0.97, kExact = 1e-5, kShare = 0.5;
+  constexpr size_t kFewest = 5;
+  const auto value = [&](size_t k) { return sign * (imu[k].*sensor.reading)[axis]; };
+  double extreme = 0.0;
+  for (size_t k = 0; k < imu.size(); ++k) extreme = std::max(extreme, value(k));
+  if (extreme < sensor.least_rail) return {};
+  std::vector<size_t> near;
+  for (size_t k = 0; k < imu.size(); ++k)
+    if (value(k) > kNear * extreme) near.push_back(k);
+  const auto row = [&](size_t k) {
+    return Vec3(1.0, (imu[k].*sensor.reading)[(axis + 1) % 3], (imu[k].*sensor.reading)[(axis + 2) % 3]);
+  };
+  Vec3 c(extreme, 0.0, 0.0);
+  const auto error = [&](size_t k) { return std::abs(value(k) - c.dot(row(k))); };
+  for (double width = extreme; width > 1e-9; width *= 0.5) {  // argmin Σ |error|
+    Rail rail{extreme, {}};
+    std::copy_if(near.begin(), near.end(), std::back_inserter(rail.readings),
+                 [&](size_t k) { return error(k) < kExact * extreme; });
+    if (rail.readings.size() >= kFewest &&
+        static_cast<double>(rail.readings.size()) > kShare * static_cast<double>(near.size()))
+      return rail;
+    Mat33 A = 1e-12 * Mat33::Identity();
+    Vec3 b = Vec3::Zero();
+    for (const size_t k : near) {
+      const double weight = 1.0 / (error(k) + width);
+      A += weight * row(k) * row(k).transpose();
+      b += weight * value(k) * row(k);
+    }
+    c = A.ldlt().solve(b);
+  }
+  return {};
+}
+
+// The readings at a rail, of which it warns.
+std::vector<size_t> CheckRails(const Readings& imu, const Sensor& sensor, RecordingWarnings* warnings) {
+  std::vector<size_t> all;
+  for (int axis = 0; axis < 3 && IsNoisy(imu, sensor.reading); ++axis) {
+    Rail rail = FindRail(imu, sensor, axis, 1.0);
+    const Rail down = FindRail(imu, sensor, axis, -1.0);
+    rail.value = std::max(rail.value, down.value);
+    rail.readings.insert(rail.readings.end(), down.readings.begin(), down.readings.end());
+    if (rail.readings.empty()) continue;
+    const std::string name(1, "xyz"[axis]);
+    warnings->push_back(
+        {sensor.name + "_rail", rail.value, static_cast<double>(rail.readings.size()),
+         Join("the ", sensor.name, " is at its limit on axis ", name, " in ", rail.readings.size(), " readings, ±",
+              rail.value, " ", sensor.unit, ": the motion was faster, and the estimates err there"),
+         name});
+    all.insert(all.end(), rail.readings.begin(), rail.readings.end());
+  }
+  return all;
+}
+
+// One reading far from both its neighbors, as nothing around it is: a blow lasts and rings.
+void MarkSpikes(const Readings& imu, const Sensor& sensor, std::vector<bool>* is_out) {
+  constexpr double kTimes = 5.0;
+  constexpr size_t kAround = 100, kOthers = 3;  // of those around the third counts: spikes come in pairs
+  std::vector<double> stands_out(imu.size(), 0.0);
+  for (size_t k = 1; k + 1 < imu.size(); ++k) {
+    const Vec3 x = imu[k].*sensor.reading;
+    stands_out[k] = std::min((x - imu[k - 1].*sensor.reading).norm(), (x - imu[k + 1].*sensor.reading).norm());
+  }
+  for (size_t k = 0; k < imu.size(); ++k) {
+    if (stands_out[k] < sensor.least_spike) continue;
+    const size_t first = k > kAround ? k - kAround : 0, last = std::min(imu.size(), k + kAround);
+    std::vector<double> around(stands_out.begin() + static_cast<std::ptrdiff_t>(first),
+                               stands_out.begin() + static_cast<std::ptrdiff_t>(last));
+    if (around.size() <= kOthers) continue;
+    std::nth_element(around.begin(), around.begin() + kOthers, around.end(), std::greater<double>());
+    if (stands_out[k] > kTimes * around[kOthers]) (*is_out)[k] = true;
+  }
+}
+
+// Linear between the values that are new.
+void Interpolate(Reading reading, const std::vector<Held>& runs, size_t held_for, Readings* imu) {
+  for (size_t i = 0; i + 1 < runs.size(); ++i) {
+    const auto [first, length] = runs[i];
+    const ImuMeasurement from = (*imu)[first], to = (*imu)[first + length];
+    if (length > 2 * held_for) continue;
+    for (size_t k = first + 1; k < first + length; ++k)
+      (*imu)[k].*reading = from.*reading + ((*imu)[k].t - from.t) / (to.t - from.t) * (to.*reading - from.*reading);
+  }
+}
+
+// Where `felt` nearly always is this near to its median: the axes, such as "xz".
+std::string QuietAxes(const std::vector<Vec3>& felt, double near) {
+  constexpr double kAlmost = 0.1;
+  std::string axes;
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> values;
+    for (const Vec3& value : felt) values.push_back(value[axis]);
+    const double median = Median(values);
+    for (double& value : values) value = std::abs(value - median);
+    if (Quantile(values, 1.0 - kAlmost) <= near) axes += "xyz"[axis];
+  }
+  return axes;
+}
+
+// The spread of gravity's direction by the gyroscope, whose drift the accelerometer takes back within seconds.
+Vec3 SpreadOfGravity(const Readings& imu) {
+  constexpr double kSeconds = 5.0;
+  const double n = static_cast<double>(imu.size());
+  Vec3 g = Vec3::Zero(), sum = Vec3::Zero(), squares = Vec3::Zero();
+  for (const ImuMeasurement& m : imu) g += m.acceleration / n;
+  for (size_t k = 1; k < imu.size(); ++k) {
+    const double dt = std::min(imu[k].t - imu[k - 1].t, kSeconds);
+    g = ExpSO3(-dt * imu[k].gyroscope) * g + dt / kSeconds * (imu[k].acceleration - g);
+    sum += g;
+    squares += g.cwiseAbs2();
+  }
+  return (squares / n - (sum / n).cwiseAbs2()).cwiseMax(0.0).cwiseSqrt();
+}
+
+// A robot on a plane tilts about no axis: so the images must turn about the gyroscope's, and gravity, by the gyroscope, move
+// along the accelerometer's.
+void CheckDeadAxes(const Recording& recording, RecordingWarnings* warnings) {
+  constexpr double kQuietTurn = 0.02, kLeastTurn = 0.1;   // [rad/s]: carried or flying sensors feel more
+  constexpr double kQuietForce = 0.0, kLeastForce = 0.4;  // [m/s²]
+  std::vector<Vec3> rates, forces;
+  for (const ImuMeasurement& m : recording.imu) rates.push_back(m.gyroscope), forces.push_back(m.acceleration);
+  const auto check = [&](const Sensor& sensor, const std::string& quiet, double least, const auto& spread_of) {
+    if (quiet.empty()) return;
+    const Vec3 spread = spread_of();
+    std::string dead;
+    for (const char axis : quiet)
+      if (spread[axis - 'x'] > least) dead += (dead.empty() ? "" : ", ") + std::string(1, axis);
+    if (dead.empty()) return;
+    warnings->push_back(
+        {sensor.name + "_dead", spread.maxCoeff(), 0.0,
+         Join("the ", sensor.name, " feels nothing on axis ", dead, " all along, though the body turns"), dead});
+  };
+  check(kSensors[0], QuietAxes(rates, kQuietTurn), kLeastTurn, [&] { return SpreadOfImageTurns(recording); });
+  check(kSensors[1], QuietAxes(forces, kQuietForce), kLeastForce, [&] { return SpreadOfGravity(recording.imu); });
+}
+
+}  // namespace
+
+RecordingWarnings CheckReadings(const std::string& path, std::vector<int> lines, bool strict, Recording* recording) {
+  RecordingWarnings warnings;
+  Readings& imu = recording->imu;
+  const auto leave_out = [&](const std::vector<bool>& is_out, const std::string& name, const std::string& what) {
+    const auto first = static_cast<size_t>(std::find(is_out.begin(), is_out.end(), true) - is_out.begin());
+    const auto count = std::count(is_out.begin(), is_out.end(), true);
+    if (first == is_out.size() || static_cast<size_t>(count) + 2 > imu.size()) return;
+    std::ostringstream place;
+    place << path << ":" << lines[first] << ": at " << std::fixed << std::setprecision(3) << imu[first].t
+          << " s, w = " << imu[first].gyroscope.transpose() << ", a = " << imu[first].acceleration.transpose();
+    if (strict) throw FileError(Join(place.str(), ": IMU readings that cannot be: ", what));
+    warnings.push_back({name, static_cast<double>(count), imu[first].t,
+                        Join("IMU readings left out: ", count, "; ", what, "; the first: ", place.str()), place.str()});
+    size_t kept = 0;
+    for (size_t k = 0; k < imu.size(); ++k) {
+      if (is_out[k]) continue;
+      lines[kept] = lines[k];
+      imu[kept++] = imu[k];
+    }
+    imu.resize(kept);
+  };
+  std::vector<bool> is_out(imu.size(), false);
+  for (const Sensor& sensor : kSensors) MarkStuck(imu, sensor, &is_out);
+  leave_out(is_out, "imu_stuck", "their values are zero or repeat those before");
+
+  is_out.assign(imu.size(), false);
+  for (const Sensor& sensor : kSensors) {
+    const std::vector<size_t> at_rail = CheckRails(imu, sensor, &warnings);
+    // Spikes of a sensor that is read too often last as long as its other values.
+    const std::vector<Held> runs = RunsOfEqual(imu, sensor.reading);
+    if (const size_t held_for = HeldFor(runs); held_for > 1) {
+      const double rate = static_cast<double>(runs.size()) / (imu.back().t - imu.front().t);
+      warnings.push_back({sensor.name + "_held", rate, static_cast<double>(held_for),
+                          Join("the ", sensor.name, " measures at ", rate, " Hz: each value stands in ", held_for,
+                               " readings or so; from one to the next is interpolated")});
+      Interpolate(sensor.reading, runs, held_for, &imu);
+      // As noisy values are so many times fewer.
+      recording->calibration.noise.*sensor.density *= std::sqrt(static_cast<double>(held_for));
+    }
+    MarkSpikes(imu, sensor, &is_out);
+    for (const size_t k : at_rail) is_out[k] = false;
+  }
+  leave_out(is_out, "imu_spike", "each is far from both its neighbors");
+  CheckDeadAxes(*recording, &warnings);
+  return warnings;
+}
+
+}  // namespace ch5

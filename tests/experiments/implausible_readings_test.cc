@@ -1,0 +1,187 @@
+#include "ch5_backend/experiments/studies/implausible_readings.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numeric>
+
+#include "ch5_backend/experiments/studies/recording_warnings.h"
+#include "ch5_backend/files/text_reader.h"
+#include "ch5_backend/simulate/sensors/simulation.h"
+#include "tests/window/simulations.h"
+
+namespace ch5 {
+namespace {
+
+constexpr size_t kMiddle = 1000;  // of 2001 readings
+
+Recording Healthy() {
+  RoomOptions options;
+  options.duration = 10.0;
+  options.standstill_seconds = 1.0;
+  return SimulateRoom(options);
+}
+
+std::vector<int> LinesOf(const Recording& recording) {
+  std::vector<int> lines(recording.imu.size());
+  std::iota(lines.begin(), lines.end(), 2);
+  return lines;
+}
+
+RecordingWarnings Check(Recording* recording) {
+  return CheckReadings("imu.csv", LinesOf(*recording), /*strict=*/false, recording);
+}
+
+std::string Names(const RecordingWarnings& warnings) {
+  std::string names;
+  for (const RecordingWarning& warning : warnings) names += (names.empty() ? "" : " ") + warning.name;
+  return names;
+}
+
+// Vibration is none of this, nor a body that stands still, a turntable, or a sensor without noise.
+TEST(ImplausibleReadings, RecordingsInOrderStayAsTheyAre) {
+  RoomOptions silent;
+  silent.duration = 10.0;
+  silent.simulation.imu.noise_scale = 0.0;
+  for (const Recording& given : {Healthy(), SimulateCircle(10.0), SimulateRoom(silent)}) {
+    Recording recording = given;
+    EXPECT_EQ(Names(Check(&recording)), "");
+    ASSERT_EQ(recording.imu.size(), given.imu.size());
+    for (size_t k = 0; k < given.imu.size(); ++k) {
+      EXPECT_EQ(recording.imu[k].acceleration, given.imu[k].acceleration);
+      EXPECT_EQ(recording.imu[k].gyroscope, given.imu[k].gyroscope);
+    }
+  }
+}
+
+// Readings rounded to two decimals repeat at rest and share the peaks of their motion.
+TEST(ImplausibleReadings, CoarseOnesAreNone) {
+  Recording recording = Healthy();
+  for (ImuMeasurement& m : recording.imu) {
+    m.gyroscope = (m.gyroscope * 100.0).array().round() / 100.0;
+    m.acceleration = (m.acceleration * 100.0).array().round() / 100.0;
+  }
+  EXPECT_EQ(Names(Check(&recording)), "");
+}
+
+TEST(ImplausibleReadings, ZerosRepeatsAndSpikesAreLeftOutAndNamed) {
+  struct Case {
+    std::string name;
+    size_t count, line;
+    void (*spoil)(std::vector<ImuMeasurement>*);
+  };
+  const Case cases[] = {
+      {"imu_stuck", 20, kMiddle + 2,
+       [](auto* imu) {
+         for (size_t k = kMiddle; k < kMiddle + 20; ++k) (*imu)[k].gyroscope = (*imu)[k].acceleration = Vec3::Zero();
+       }},
+      {"imu_stuck", 1, kMiddle + 2, [](auto* imu) { (*imu)[kMiddle].acceleration.setZero(); }},
+      {"imu_stuck", 40, 2,
+       [](auto* imu) {
+         for (size_t k = 0; k < 40; ++k) (*imu)[k].gyroscope = (*imu)[k].acceleration = Vec3::Zero();
+       }},
+      {"imu_stuck", 99, kMiddle + 3,
+       [](auto* imu) {
+         for (size_t k = kMiddle; k < kMiddle + 100; ++k) {
+           (*imu)[k].gyroscope = (*imu)[kMiddle].gyroscope;
+           (*imu)[k].acceleration = (*imu)[kMiddle].acceleration;
+         }
+       }},
+      {"imu_stuck", 49, kMiddle + 3,
+       [](auto* imu) {
+         for (size_t k = kMiddle; k < kMiddle + 50; ++k) (*imu)[k].gyroscope = (*imu)[kMiddle].gyroscope;
+       }},
+      {"imu_spike", 1, kMiddle + 2, [](auto* imu) { (*imu)[kMiddle].acceleration.x() += 60.0; }},
+      {"imu_spike", 3, kMiddle - 498,
+       [](auto* imu) {
+         for (const size_t k : {kMiddle - 500, kMiddle, kMiddle + 500}) (*imu)[k].gyroscope.y() -= 5.0;
+       }},
+  };
+  for (const auto& [name, count, line, spoil] : cases) {
+    Recording recording = Healthy();
+    const size_t all = recording.imu.size();
+    spoil(&recording.imu);
+    Recording again = recording;
+    const RecordingWarnings warnings = Check(&recording);
+    ASSERT_EQ(Names(warnings), name);
+    EXPECT_EQ(warnings[0].value, static_cast<double>(count));
+    EXPECT_EQ(recording.imu.size(), all - count);
+    const std::string place = "imu.csv:" + std::to_string(line) + ": at ";
+    EXPECT_EQ(warnings[0].detail.rfind(place, 0), 0u) << warnings[0].detail;
+    try {
+      CheckReadings("imu.csv", LinesOf(again), /*strict=*/true, &again);
+      FAIL() << "refused if strict";
+    } catch (const FileError& error) {
+      EXPECT_EQ(std::string(error.what()).rfind(place, 0), 0u) << error.what();
+    }
+  }
+}
+
+TEST(ImplausibleReadings, HeldValuesAreInterpolated) {
+  for (const size_t held_for : {2u, 5u}) {
+    const Recording whole = Healthy();
+    Recording recording = whole;
+    for (size_t k = 0; k < recording.imu.size(); ++k)
+      recording.imu[k].acceleration = whole.imu[k / held_for * held_for].acceleration;
+    const RecordingWarnings warnings = Check(&recording);
+    ASSERT_EQ(Names(warnings), "accelerometer_held");
+    EXPECT_NEAR(warnings[0].value, 200.0 / static_cast<double>(held_for), 0.2);
+    const Vec3 &a = whole.imu[0].acceleration, &b = whole.imu[held_for].acceleration;
+    EXPECT_TRUE(recording.imu[1].acceleration.isApprox(a + (b - a) / static_cast<double>(held_for), 1e-6));
+    EXPECT_EQ(recording.imu[held_for].acceleration, b);
+    EXPECT_EQ(recording.imu[7].gyroscope, whole.imu[7].gyroscope);
+    EXPECT_NEAR(recording.calibration.noise.accelerometer / whole.calibration.noise.accelerometer,
+                std::sqrt(static_cast<double>(held_for)), 1e-9);
+  }
+}
+
+TEST(ImplausibleReadings, ALimitIsNamedBehindACalibrationToo) {
+  const Mat33 M = (Mat33() << 1.01, 0.003, -0.003, 0.003, 0.99, 0.003, -0.003, 0.003, 1.0).finished();
+  for (const bool calibrated : {false, true}) {
+    Recording recording = Healthy();
+    for (ImuMeasurement& m : recording.imu) {
+      m.gyroscope = (5.0 * m.gyroscope).cwiseMax(-1.9).cwiseMin(1.9);
+      if (calibrated) m.gyroscope = M * m.gyroscope + Vec3(0.01, -0.01, 0.02);
+    }
+    const RecordingWarnings warnings = Check(&recording);
+    ASSERT_FALSE(warnings.empty()) << calibrated;
+    for (const RecordingWarning& warning : warnings) EXPECT_EQ(warning.name, "gyroscope_rail") << warning.words;
+    EXPECT_EQ(recording.imu.size(), Healthy().imu.size());
+  }
+}
+
+TEST(ImplausibleReadings, AnAxisThatFeelsNothingIsNamedWhereTheBodyTurns) {
+  for (const auto reading : {&ImuMeasurement::gyroscope, &ImuMeasurement::acceleration}) {
+    Recording recording = Healthy();
+    for (ImuMeasurement& m : recording.imu) (m.*reading).x() = 0.01;
+    const RecordingWarnings warnings = Check(&recording);
+    ASSERT_EQ(warnings.size(), 1u) << Names(warnings);
+    EXPECT_NE(warnings[0].name.find("_dead"), std::string::npos);
+    EXPECT_EQ(warnings[0].detail, "x");
+  }
+}
+
+TEST(ImplausibleReadings, ImagesThatTurnFartherThanTheGyroscopeTellWhy) {
+  for (const double times : {0.88, 1.15}) {
+    for (const std::string name : {"turns_focal", "turns_gyroscope"}) {
+      Recording recording = Healthy();
+      if (name == "turns_focal") {
+        for (Image& image : recording.images)
+          for (TrackedPoint& point : image.tracks) point.x *= times;
+      } else {
+        for (ImuMeasurement& m : recording.imu) m.gyroscope /= times;
+      }
+      OdometrySettings settings;
+      const RecordingWarnings warnings = CheckMeasurements(recording, &settings);
+      ASSERT_EQ(Names(warnings), name) << times;
+      EXPECT_NEAR(warnings[0].value, times, 0.05);
+    }
+  }
+  Recording recording = Healthy();
+  for (ImuMeasurement& m : recording.imu) m.gyroscope *= 180.0 / M_PI;
+  OdometrySettings settings;
+  EXPECT_EQ(Names(CheckMeasurements(recording, &settings)), "turns_unit");
+}
+
+}  // namespace
+}  // namespace ch5
