@@ -12,11 +12,13 @@ import pwd
 import random
 import resource
 import shutil
+import signal
 import socket
 import subprocess
 import sys
 import tempfile
 import threading
+from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
 
@@ -111,7 +113,9 @@ class OwnUser(Sandbox):
                 *(self.outside(str(word)) for word in command)]
 
     def stop(self, process: subprocess.Popen) -> None:
-        process.terminate()  # it ends all inside first
+        if process.returncode is None:  # Popen's own way would wait for it, as `run` does
+            with suppress(ProcessLookupError):
+                os.kill(process.pid, signal.SIGTERM)  # it ends all inside first
 
     def clear(self) -> None:
         if processes_of_user(self.user()):
