@@ -38,7 +38,7 @@ sys.exit(entry.main(sys.argv[1:]))
 """
 
 REACHING_OUT = ("kill_the_parent", "kill_everybody", "daemon", "fork_bomb_at_a_large_weight", "disk", "disk_elsewhere", "secrets_read", "seed_sought",
-                "judges_memory", "remembered_from_another_test", "memory_that_nobody_counts", "memory_of_many_processes")
+                "judges_memory", "remembered_from_another_test", "memory_that_nobody_counts")
 
 ANSWERS = """#include "ch5_backend/consistency/gauge_freedom.h"
 #include "ch5_backend/dense/blocks/plain_block_solver.h"

@@ -28,7 +28,7 @@ from ch5_backend.course.grading.handed_in import named
 from ch5_backend.course.grading.outputs import gradescope
 from ch5_backend.course.grading.rubric import read_rubric
 from ch5_backend.course.grading.engines import choose
-from ch5_backend.course.grading.sandbox import Outcome
+from ch5_backend.course.grading.sandbox import Outcome, Unguarded
 from ch5_backend.course.grading.submission import Submission
 from ch5_backend.course.grading.summary import notes
 from ch5_backend.course.grading.toolchain import Built, Clock, Infrastructure, Toolchain
@@ -225,7 +225,7 @@ class FullDisk(FolderTest):
     def test_it_is_no_mark_and_is_told_with_its_place(self):
         with mock.patch.object(shutil, "disk_usage", return_value=mock.Mock(free=0)), \
                 mock.patch.object(job, "judge", return_value=Verdict("crashes", {})):
-            for judged in (lambda: job.run_stage(mock.MagicMock(), Path("worker"), {}, 1, Clock()),
+            for judged in (lambda: job.run_stage(mock.Mock(box=Unguarded), Path("worker"), {}, 1, Clock()),
                            lambda: Toolchain._verdict(mock.Mock(), "problem.cc", Outcome(1, "error: ld", True, 1.0, 1.0), b"", Path("x"))):
                 with self.assertRaisesRegex(Infrastructure, "0 MB left"):
                     judged()
