@@ -104,7 +104,8 @@ void CheckTurns(const Recording& recording, OdometrySettings* settings, Recordin
                               " with the gyroscope's columns read as ", NameAxes(turns->axes))});
     return;
   }
-  CheckTurnGain(*turns, found, warnings);
+  constexpr double kLeastSeconds = 8.0;  // in less the pairs of images overlap, and σ is too small
+  if (recording.images.back().t - recording.images.front().t > kLeastSeconds) CheckTurnGain(*turns, found, warnings);
   if (delay && (settings->finds_clock || settings->estimator.estimate_time_offset)) {
     settings->estimator.time_offset = *delay;
   } else if (delay) {
