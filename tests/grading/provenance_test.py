@@ -34,6 +34,9 @@ class ForeignCode(unittest.TestCase):
         self.assertEqual(foreign_file(rule, ("/course/",)), "")
         self.assertEqual(foreign_file(rule + " /etc/passwd", ("/course/",)), "/etc/passwd")
         self.assertEqual(foreign_file(rule + " /usr/include/../share/x", ("/course/",)), "/usr/include/../share/x")
+        self.assertEqual(foreign_file(rule + " /of\\ a\\ class$$/b\\#.h", ("/course/", "/of a class$/")), "", "as make writes blanks")
+        self.assertEqual(foreign_file(rule + " /of\\ a/b.h", ("/course/", "/of")), "")
+        self.assertEqual(foreign_file(rule + " /no\\ such/b.h", ("/course/", "/of")), "/no such/b.h")
 
 
 class ClosedTo(unittest.TestCase):

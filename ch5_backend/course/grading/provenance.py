@@ -44,7 +44,8 @@ def statements(code: str):
 
 def foreign_file(rule: str, own: tuple) -> str:
     """The first file that a compiler has read, by its rule for make, which is neither a header of the system nor below `own`."""
-    words = filter(None, re.split(r"(?<!\\)\s+", rule.replace("\\\n", " ").partition(": ")[2]))
+    escaped = filter(None, re.split(r"(?<!\\)\s+", rule.replace("\\\n", " ").partition(": ")[2]))
+    words = [re.sub(r"\\([ #])", r"\1", word).replace("$$", "$") for word in escaped]  # as make reads them
     return next((word for word in words if not posixpath.normpath(word).startswith((*HEADERS, *own))), "")
 
 
