@@ -77,17 +77,6 @@ print(sorted(os.listdir('.')))
 MANY = "import os, time\nfor k in range(7):\n    if os.fork() == 0: break\n"
 
 
-def why_not(engine) -> str:
-    try:
-        engine.preflight()
-        return ""
-    except CourseError as error:
-        return str(error)
-
-
-NO_NAMESPACES, NO_OWN_USER = why_not(Namespaces), why_not(OwnUser)
-
-
 class Inside:
     """Of both engines."""
 

@@ -58,7 +58,7 @@ def file_rules(rights: dict, version: int) -> int:
 
 
 def below(root: str, hidden) -> list:
-    """`root`, or all in it that is none of these, nor on the way to one: a rule takes nothing back."""
+    """The paths to allow so that `root` can be read without the hidden ones: Landlock's rules only allow, none takes back."""
     if root in hidden:
         return []
     if not any(path.startswith(root + "/") for path in hidden):
