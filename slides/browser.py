@@ -5,6 +5,7 @@ import re
 import shutil
 import subprocess
 import tempfile
+from html import unescape
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
@@ -90,17 +91,21 @@ def images(source, folder):
     run(["pdftoppm", "-r", "72", "-png", str(source), str(folder / source.stem)], f"no images of {source}")
 
 
-def overflow(page):
-    """What reaches out of its place in a built deck, as sentences; see overflow.js."""
-    html = page.read_text(encoding="utf-8")
-    html = re.sub(r"<script\b.*?</script>", "", html, flags=re.S)  # all pages at once, not one after the other
+def overflow(pages):
+    """What reaches out of its place in built decks, which share their styles: {deck: (pages, sentences)}; see overflow.js. All
+    at once: Chromium's start takes as long as a deck."""
+    decks = []
+    for page in pages:
+        html = re.sub(r"<script\b.*?</script>", "", page.read_text(encoding="utf-8"), flags=re.S)  # all pages at once, not one by one
+        head, body = html.split("<body>", 1)
+        language = re.search(r'<html lang="(\w+)"', head)[1]
+        decks.append(f'<template id="{page.stem}" lang="{language}">{body.split("</body>")[0]}</template>')
     probe = (HERE / "overflow.js").read_text(encoding="utf-8")
     with tempfile.TemporaryDirectory(prefix="ch5-overflow-") as folder:
-        copy = Path(folder) / "deck.html"
-        copy.write_text(html.replace("</body>", f"<script>{probe}</script></body>"), encoding="utf-8")
+        copy = Path(folder) / "decks.html"
+        copy.write_text(f"{head}<body>{''.join(decks)}<script>{probe}</script></body></html>", encoding="utf-8")
         dom = headless("--window-size=1400,900", "--virtual-time-budget=20000", "--dump-dom", copy.as_uri())
     found = re.search(r'<pre id="overflow">(.*?)</pre>', dom, re.S)
     if not found:
-        raise BuildError(f"{page} could not be measured", code=1)
-    report = json.loads(re.sub(r"&(lt|gt|amp);", lambda m: {"lt": "<", "gt": ">", "amp": "&"}[m[1]], found[1]))
-    return report["pages"], report["found"]
+        raise BuildError(f"{', '.join(page.name for page in pages)} could not be measured", code=1)
+    return {deck: tuple(measured) for deck, measured in json.loads(unescape(found[1])).items()}
