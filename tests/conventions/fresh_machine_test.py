@@ -42,8 +42,8 @@ class FreshMachine(FolderTest):
         self.tool("id", f"echo {number}")
 
     def course(self, *words, **variables):
-        return subprocess.run([ROOT / "course", *words], env={"PATH": str(self.bin), "TMPDIR": self.bin.parent, **variables},
-                              stdin=subprocess.DEVNULL, capture_output=True, text=True)
+        environment = {"PATH": str(self.bin), "TMPDIR": self.folder, "CH5_BUILD_DIR": self.folder / "build", **variables}
+        return subprocess.run([ROOT / "course", *words], env=environment, stdin=subprocess.DEVNULL, capture_output=True, text=True)
 
     def calls(self) -> str:
         return self.log.read_text() if self.log.exists() else ""
@@ -92,6 +92,9 @@ class FreshMachine(FolderTest):
         self.assertIn("please install what Debian calls ccache", done.stderr)
         self.assertIn("going on without ccache", done.stderr)
         self.assertIn(FAILURE, done.stderr)
+        (self.folder / "build").mkdir()
+        (self.folder / "build/CMakeCache.txt").touch()
+        self.assertNotIn("ccache", self.course(*WORK).stderr, "said once, where it would have helped")
 
     def test_root_installs_and_goes_on(self):
         self.user(0)

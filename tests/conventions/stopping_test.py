@@ -27,7 +27,8 @@ class Stopping(FolderTest):
         self.pids, self.out = self.folder / "pids", self.folder / "out"
         self.data = self.folder / "tiny.txt"
         self.data.write_text(TINY_BAL, encoding="utf-8")
-        self.tool("tools/cmake", "exit 0")
+        for name in ("cmake", "ccache"):
+            self.tool(f"tools/{name}", "exit 0")
         # Programs inherit that a signal is ignored, but not that it is handled.
         before = signal.signal(signal.SIGINT, signal.default_int_handler)
         self.addCleanup(signal.signal, signal.SIGINT, before)
