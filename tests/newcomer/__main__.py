@@ -87,7 +87,11 @@ class Newcomer:
     def unpack(self) -> None:
         for folder in (self.root, self.logs, *self.places.values()):
             folder.mkdir(parents=True, exist_ok=True)
-        for path in tracked_files():
+        listed, paths = self.top / "unpacked", list(map(str, tracked_files()))
+        for path in set(listed.read_text(encoding="utf-8").splitlines() if listed.exists() else []) - set(paths):
+            (self.root / path).unlink(missing_ok=True)  # it was there the last time
+        listed.write_text("\n".join(paths), encoding="utf-8")
+        for path in paths:
             target = self.root / path
             if not target.is_file() or target.read_bytes() != (ROOT / path).read_bytes():
                 target.parent.mkdir(parents=True, exist_ok=True)
