@@ -20,6 +20,7 @@ ACTIONS = {  # its module, and the function of it that does it
               if given.watch and not given.json else module.run_check(given.asked, given.json, given.seed, given.language)),
     "status": (".homework.check", lambda module, given: module.run_status(given.json, given.language)),
     "hint": (".homework.hint", lambda module, given: module.show(given.stage, given.number, given.language)),
+    "predict": (".homework.check", lambda module, given: module.predict(given.stage, module.folder(), given.language)),
     "paper": (".documents.paper", lambda module, given: module.paper(given.seed, given.sheet, given.out, given.language)),
     "deep": (".homework.make_skeleton", lambda module, given: module.deepen(given.off, given.bare, given.language)),
     "reset": (".homework.make_skeleton", lambda module, given: module.reset(given.files, given.language)),

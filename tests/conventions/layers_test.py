@@ -54,7 +54,7 @@ MAY_IMPORT = {
     "ch5_backend/course/homework": "ch5_backend/course/base",
     "ch5_backend/course/experiments": "ch5_backend/course/base ch5_backend/course/homework ch5_backend/figures",
     "ch5_backend/course/grading": "ch5_backend/course/homework ch5_backend/course/base ch5_backend/figures",
-    "ch5_backend/course/documents": "ch5_backend/course/experiments ch5_backend/course/base ch5_backend/figures slides",
+    "ch5_backend/course/documents": "ch5_backend/course/experiments ch5_backend/course/homework ch5_backend/course/base ch5_backend/figures slides",
     "ch5_backend/course": "ch5_backend/course/base ch5_backend/course/homework ch5_backend/course/experiments "
                           "ch5_backend/course/grading ch5_backend/course/documents",
     "slides": "ch5_backend/figures",

@@ -18,10 +18,10 @@ from ch5_backend.figures import page
 from ..base.cmake_build import ROOT
 from ..base.errors import CourseError, warn
 from ..base.language import Speaker, aligned, sentence, speaker
+from ..homework.predict import is_near, numbers_in, read_row, shown
 
 NAMES = ("x0", "x1", "l0", "l1")
 WEIGHTS = ((2, 2), (3, 6), (6, 3), (4, 4), (4, 12), (12, 4), (6, 6))  # so that W W′ / (W + W′) is whole
-TOLERANCE = 2e-3  # three digits are enough
 
 
 @dataclass(frozen=True)
@@ -129,10 +129,6 @@ def slips(one: Example):
                                    for name, numbers in before.items()}
 
 
-def is_near(got: float, right) -> bool:
-    return abs(got - float(right)) <= TOLERANCE * max(1.0, abs(float(right)))
-
-
 def are_near(got: list, right: list) -> bool:
     return all(is_near(*pair) for rows in zip(got, right) for pair in zip(*rows))
 
@@ -149,35 +145,18 @@ def what_is_wrong(one: Example, name: str, got: list) -> list:
     return [*said, *itertools.islice(named, 1)]
 
 
-def shown(value) -> str:
-    return f"{float(value):.6g}".replace("-", "−")
-
-
 def laid_out(answer: tuple) -> str:
     rows, columns, numbers = answer
-    cells = [[shown(value) for value in row] for row in numbers]
+    cells = [[shown([value]) for value in row] for row in numbers]
     return aligned([["", *columns]] * bool(columns) + [[row, *line] for row, line in zip(rows or ("",), cells)], math.inf)
 
 
 def drawing(one: Example, say: Speaker) -> str:
-    of = [f"{shown(d)}, W = {shown(W)}".center(16) for _, _, d, W in one.edges]
+    of = [f"{shown([d])}, W = {shown([W])}".center(16) for _, _, d, W in one.edges]
     line = lambda left, landmark, right: f"     {left}{'─' * 15} l{landmark} {'─' * 15}{right}"
-    prior = say("paper.prior", x=shown(one.prior[0]), W=shown(one.prior[1]))
+    prior = say("paper.prior", x=shown([one.prior[0]]), W=shown([one.prior[1]]))
     return "\n".join(["", f"     {of[0]}    {of[1]}", line("┌", 0, "┐"), "     x0" + " " * 33 + "x1     " + prior,
                       line("└", 1, "┘"), f"     {of[2]}    {of[3]}", ""])
-
-
-def read_row(prompt: str, count: int, say: Speaker) -> list:
-    """A row of numbers, also fractions; [] for an empty line. Asks again for what is none. Raises EOFError at the end."""
-    while True:
-        words = input(prompt).replace("−", "-").replace(",", " ").split()
-        try:
-            numbers = [float(Fraction(word)) for word in words]
-        except (ValueError, ZeroDivisionError):
-            numbers = None
-        if numbers is not None and len(numbers) in (0, count):
-            return numbers
-        print(say("paper.not_numbers", n=count))
 
 
 def ask(one: Example, name: str, say: Speaker) -> str:
@@ -187,7 +166,7 @@ def ask(one: Example, name: str, say: Speaker) -> str:
     while True:
         got = []
         while len(got) < len(right) and [] not in got:
-            got.append(read_row(f"  {(rows or ('',))[len(got)]:3}> ", max(len(columns), 1), say))
+            got.append(numbers_in(read_row(f"  {(rows or ('',))[len(got)]:3}> ", max(len(columns), 1), say)))
         if [] in got:
             print(laid_out((rows, columns, right)))
             return "shown"

@@ -17,6 +17,7 @@ from .diagnosis import SHOWN_LINES, Verdict, cause_of, in_full, in_short
 from .judge import every_test, in_bytes, judge, not_started
 from .make_skeleton import holds_work
 from .names import namesake, plain
+from .predict import compared, predict
 from .regions import NAME_CAUSE_AT_FAILURE, STAGES, covers, todos_of
 from .ticks import EMPTY, RIGHT, WAITS, WRONG, ticks
 from ..base.language import Speaker, fold, pad, sentence, speaker
@@ -229,7 +230,8 @@ def tell(stage: dict, verdict: Verdict, out, say: Speaker) -> None:
     print("\n" + fitted(indent(words), out) + "\n" if verdict.state != "right" else "", file=out, end="")
     if verdict.state not in ("right", "not-started"):
         tell_warnings(stage["file"], out, say)
-    print(fitted(f"  {say.text(next_step(stage, verdict))}", out) + "\n", file=out)
+    print(*(fitted(f"  {line}", out) for line in (*compared(stage, verdict.state, folder(), say), say.text(next_step(stage, verdict)))), "",
+          sep="\n", file=out)
 
 
 def tell_ticks(verdict: Verdict, indented: str, out, say: Speaker) -> None:
