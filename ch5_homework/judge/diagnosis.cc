@@ -295,6 +295,13 @@ std::string Picture(const Claim& claim) {
   return rows;
 }
 
+// A JSON list.
+std::string Json(const Names& names) {
+  std::string json;
+  for (const Text& name : names) json += (json.empty() ? "[" : ", ") + name.Json();
+  return json.empty() ? "[]" : json + "]";
+}
+
 std::string JsonString(const std::string& text) {
   std::string quoted = "\"";
   for (const char c : text) {
@@ -407,6 +414,8 @@ void Require(const Claim& claim) {
     return;
   }
   testing::Test::RecordProperty("picture", Picture(claim));
+  testing::Test::RecordProperty("rows", Json(check.names.rows));
+  testing::Test::RecordProperty("columns", Json(check.names.columns));
   Diagnosis diagnosis{check.what, {}, {}, {}, check.todo};
   if (!HoldsUnset(got)) diagnosis.fingerprint = Fingerprint(expected, got);
   const auto mistake = FindMistake(claim);

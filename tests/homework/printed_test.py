@@ -4,9 +4,11 @@ import io
 import json
 import sys
 import time
+import unittest
 
 from tests.folder import FolderTest
 from ch5_backend.course.base.language import speaker
+from ch5_backend.course.homework.block_map import block_map
 from ch5_backend.course.homework.check import tell
 from ch5_backend.course.homework.diagnosis import cause_of
 from ch5_backend.course.homework.judge import FLOOD, in_bytes, judge
@@ -76,3 +78,19 @@ class Printed(FolderTest):
 
     def test_sizes_in_words(self):
         self.assertEqual([in_bytes(n) for n in (0, 512, 4600, 342123456)], ["0 B", "512 B", "4.6 KB", "342 MB"])
+
+
+class BlockMap(unittest.TestCase):
+    def test_a_mark_tells_of_all_entries_of_two_vertices(self):
+        names = [{"id": "scene.row_of", "vertex": vertex, "component": k} for vertex in ("pose 0", "pose 1") for k in "ab"] + ["landmark 2"]
+        test = {"picture": "oo..o/oo..o/..ox./..oo./oo..o", "rows": json.dumps(names), "columns": "[]"}
+        self.assertEqual(block_map(test, speaker("en")), ["pose 0      ■ · ■", "pose 1      · ✗ ·", "landmark 2  ■ · ■"])
+        vector = {**test, "picture": "o/o/x/./.", "columns": '["b"]'}
+        self.assertEqual(block_map(vector, speaker("en")), ["pose 0      ■", "pose 1      ✗", "landmark 2  ·"])
+
+    def test_what_it_cannot_draw_it_leaves_out(self):
+        names = json.dumps(["a", "b"])
+        for test in ({}, {"picture": "xx/xx", "rows": names, "columns": "[]"}, {"picture": "xo/oo", "rows": "[]", "columns": "[]"},
+                     {"picture": "xo", "rows": names, "columns": "[]"}, {"picture": "xoo/ooo", "rows": names, "columns": "[]"},
+                     {"picture": "/".join(["x" + "." * 24] * 25), "rows": json.dumps(list("abcdefghijklmnopqrstuvwxy")), "columns": "[]"}):
+            self.assertEqual(block_map(test, speaker("en")), [], test)

@@ -11,6 +11,7 @@ from pathlib import Path
 from . import blanks, hint_policy
 from ..base import jsonout
 from ..base.cmake_build import BIN, BUILD, HOMEWORK, ROOT, build
+from .block_map import block_map
 from .compiler import does_not_compile, shown, warnings
 from ..base.errors import CourseError
 from .diagnosis import SHOWN_LINES, Verdict, cause_of, in_full, in_short
@@ -228,6 +229,7 @@ def tell(stage: dict, verdict: Verdict, out, say: Speaker) -> None:
     tell_printed(verdict, out, say)
     words = in_full(verdict.diagnosis, verdict.output, say)
     print("\n" + fitted(indent(words), out) + "\n" if verdict.state != "right" else "", file=out, end="")
+    tell_map(verdict, out, say)
     if verdict.state not in ("right", "not-started"):
         tell_warnings(stage["file"], out, say)
     print(*(fitted(f"  {line}", out) for line in (*compared(stage, verdict.state, folder(), say), say.text(next_step(stage, verdict)))), "",
@@ -254,6 +256,13 @@ def tell_printed(verdict: Verdict, out, say: Speaker) -> None:
     width = shutil.get_terminal_size().columns - 4 if out.isatty() else LONGEST_PRINTED
     print("\n  " + head, file=out)
     print("\n".join("  │ " + (line if len(line) <= width else line[:width - 1] + "…") for line in shown_lines), file=out)
+
+
+def tell_map(verdict: Verdict, out, say: Speaker) -> None:
+    """Which blocks of the matrix are wrong."""
+    failed = next((test for test in verdict.tests if test.get("failures")), {})
+    if lines := block_map(failed, say) if verdict.state == "wrong" else []:
+        print(f"\n  {say('check.blocks')}\n    " + "\n    ".join(lines) + "\n", file=out)
 
 
 def tell_warnings(file: str, out, say: Speaker) -> None:
