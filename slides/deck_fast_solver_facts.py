@@ -74,6 +74,18 @@ def start_facts(tables):
     return found
 
 
+def reduced_facts(tables):
+    """When each solver for the cameras' system is within 1 % of the least cost, and how far above it it ends."""
+    rows, found = tables("speed_reduced").rows(), {}
+    best = min(r["cost"] for r in rows)
+    for name, solver in (("sparse", "sparse"), ("pcg", "implicit-pcg"), ("series", "power-series")):
+        mine = [r for r in rows if r["solver"] == solver]
+        reached = next((r["seconds"] for r in mine if r["cost"] <= 1.01 * best), None)
+        found[f"reduced.{name}"] = short(reached) if reached else "–"
+        found[f"reduced.{name}.end"] = f"{100 * (min(r['cost'] for r in mine) / best - 1):.1f}"
+    return found
+
+
 def facts(tables):
     found = {"by_sparse": by_sparse, "end_by_least": end_by_least}
     for problem in PROBLEMS:
@@ -88,12 +100,4 @@ def facts(tables):
         row = tables("speed_steps").row(problem=ROOFED, step=step, solver="sparse", simd="avx2")
         speed = 1e-6 * row["flop"] / row["milliseconds"]
         found |= {f"roof.{step}.intensity": f"{row['flop'] / row['bytes']:.1f}", f"roof.{step}.share": f"{100 * speed / peak:.0f}"}
-    found |= peer_facts(tables) | start_facts(tables) | refined_facts(tables) | ray_facts(tables)
-    rows = tables("speed_reduced").rows()
-    best = min(r["cost"] for r in rows)
-    for name, solver in (("sparse", "sparse"), ("pcg", "implicit-pcg"), ("series", "power-series")):
-        mine = [r for r in rows if r["solver"] == solver]
-        reached = next((r["seconds"] for r in mine if r["cost"] <= 1.01 * best), None)
-        found[f"reduced.{name}"] = short(reached) if reached else "–"
-        found[f"reduced.{name}.end"] = f"{100 * (min(r['cost'] for r in mine) / best - 1):.1f}"
-    return found
+    return found | peer_facts(tables) | start_facts(tables) | refined_facts(tables) | ray_facts(tables) | reduced_facts(tables)

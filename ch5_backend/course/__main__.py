@@ -28,6 +28,7 @@ ACTIONS = {  # its module, and the function of it that does it
     "pack": (".grading.pack", lambda module, given: module.pack(given.what, given.out, given.language)),
     "bench": (".experiments.bench", lambda module, given: module.bench(given)),
     "plots": (".experiments.plots", lambda module, given: module.plots(given)),
+    "evidence": (".documents.evidence", lambda module, given: module.evidence(given)),
     "slides": (".documents.slides", lambda module, given: module.slides(given, given.extra)),
     "docs": (".documents.api", lambda module, given: module.docs(given.out)),
     "lab": (".documents.lab", lambda module, given: module.lab(given.out)),
@@ -43,6 +44,7 @@ REFUSALS = {  # its module, and what of it says no to words that the grammar tak
     "check": (".homework.check", lambda module, given: module.select(given.asked)),
     "grade": (".grading.submission", lambda module, given: module.refuse(given)),
     "pack": (".grading.pack", lambda module, given: module.refuse(given.what)),
+    "evidence": (".documents.evidence", lambda module, given: module.refuse(given.name)),
     "slides": (".documents.slides", lambda module, given: module.refuse(given.names)),
 }
 FORWARDING = ("test", "slides")  # to CTest and the builder, what follows --; elsewhere it is data, whatever it begins with

@@ -7,8 +7,6 @@ from collections import Counter
 
 from ch5_backend.course.base.commands import COMMANDS
 from ch5_backend.course.base.anchors import anchor
-from ch5_backend.figures.numbers import peers
-from ch5_backend.figures.tables import Tables
 from tests.docs.markdown import (DECKS, ENGINEERS, GUIDES, HANDOUTS, LIBRARY, PAGES, PAPERS, READING, READMES, ROOT, fences,
                                  handouts, headings, links, prose, read, sections, slides, spans)
 from tests.project import BUILD
@@ -112,20 +110,6 @@ class Documents(unittest.TestCase):
             for (lecture, minutes, _), deck in zip(rows, DECKS, strict=True):
                 spoken = sum(map(int, re.findall(r"^<!-- \((\d+) min\)", read(deck), re.M)))
                 self.assertAlmostEqual(int(minutes), spoken, delta=2, msg=f"{path}: lecture {lecture}")
-
-    def test_front_page_has_the_measured_times(self):
-        rows = peers.kept(Tables(ROOT / "slides/measured"))
-        measured = peers.spans(rows)
-        wanted = [tuple(measured.get((kind, setting, "to 0.1 %"), "–") for setting in (peers.SAME, peers.BEST)) for kind in peers.KINDS]
-        means = [row[3] for row in peers.kinds_of(rows) if row[1:3] == (peers.BEST, "to 0.1 %")]
-        for path in READMES:
-            text = read(path)
-            table = next(body for _, body in sections(text) if "speed_peers.csv" in body)
-            self.assertEqual(re.findall(r"^\| [^|]+ \| (–|[\d.]+ \([^|]+\)) \| (–|[\d.]+ \([^|]+\)) \|$", table, re.M), wanted, path)
-            for words in (measured["marginalization", peers.VINS, "total"], measured["marginalization", peers.LDLT, "total"],
-                          rows[0]["processor"], "/".join(sorted({row["date"] for row in rows}))):
-                self.assertIn(words, table, path)
-            self.assertRegex(text, rf"{min(means):.1f} (to|到) {max(means):.1f} ", f"{path}: its second paragraph")
 
     def test_handout_treats_every_todo(self):
         for (path, *_), text in handouts():

@@ -10,7 +10,7 @@ READMES = (ROOT / "README.md", ROOT / "README.zh.md")
 HANDOUTS = (ROOT / "ch5_homework/README.md", ROOT / "ch5_homework/README.zh.md")  # where all pages are listed
 PAGES = [(page, page.with_name(page.stem + ".zh.md")) for page in sorted((ROOT / "ch5_homework/handout").glob("*.md"))
          if not page.name.endswith(".zh.md")]
-ENGINEERS = [(ROOT / f"ch5_backend/{page}.md", ROOT / f"ch5_backend/{page}.zh.md") for page in ("GUIDE", "MAP", "experiments/README")]
+ENGINEERS = [(ROOT / f"ch5_backend/{page}.md", ROOT / f"ch5_backend/{page}.zh.md") for page in ("GUIDE", "MAP", "experiments/README", "experiments/EVIDENCE")]
 GUIDES = (ROOT / "ch5_homework/INSTRUCTORS.md", ROOT / "ch5_homework/INSTRUCTORS.zh.md")
 LIBRARY = (ROOT / "ch5_backend/README.md", ROOT / "ch5_backend/sparse/README.md")
 PAPERS = sorted((ROOT / ".github").glob("*.md"))

@@ -21,7 +21,7 @@ except ImportError:
 HOMEWORK = {f"ch5_homework/README{end}.md": f"homework/index{end}.html" for end in ("", ".zh")}
 FIGURES = {"slides/figures": "figures", "slides/reading/figures": "lectures/figures"}
 GUIDE = {f"ch5_backend/{source}{end}.md": f"{place}{end}.html" for end in ("", ".zh")
-         for source, place in (("GUIDE", "guide"), ("MAP", "map"), ("experiments/README", "measured"))}
+         for source, place in (("GUIDE", "guide"), ("MAP", "map"), ("experiments/README", "measured"), ("experiments/EVIDENCE", "evidence"))}
 STYLE = Markup("""
 article pre { white-space: pre; overflow-x: auto; line-height: 1.3; font-size: .8rem; }
 article pre code { padding: 0; background: none; }

@@ -1,6 +1,6 @@
 """Measures what the fifth lecture shows, and writes the tables that are kept in slides/measured/.
 
-usage: python3 -m ch5_backend.course.documents.measure_speed [--rounds N] [--bench DIR]
+usage: python3 -m ch5_backend.course.documents.measure_speed [--rounds N] [--bench DIR] [--out DIR]
 
 Each round runs every case once, so that a slow quarter of an hour of the machine falls on all alike; of each step the
 fastest round counts, since whatever disturbs a measurement makes it slower. Needs Ceres and the data folder, CH5_DATA_DIR.
@@ -23,6 +23,7 @@ from slides.deck_fast_solver_facts import PROBLEMS, RUNGS
 from ..base.cmake_build import BIN, ROOT, build_or_fail
 from ..experiments.bench import processor, source
 
+MEASURED = ROOT / "slides" / "measured"
 MACHINE = ("processor", "date", "rounds", "load")  # of a kept table
 KEPT = ("problem", "setting", "threads", "ours_ms", "peer", "peer_way", "peer_ms", "ratio", "ours_cost", "peer_cost", "ours_peak_mb",
         "peer_peak_mb")
@@ -67,7 +68,7 @@ def machine(best):
             best[key] = max(best.get(key, "0"), value, key=float)
 
 
-def keep_peers(folder):
+def keep_peers(folder, out):
     """The table of ./course bench, before what is kept of other problems and processors. Of a machine that does much else the
     rows with two threads are left out: they are measured by the clock."""
     about = csv_rows(Path(folder) / "about.csv")[0]
@@ -75,9 +76,9 @@ def keep_peers(folder):
     rows = [{**{key: about[key] for key in MACHINE}, **row} for row in csv_rows(Path(folder) / "rows.csv")
             if not (busy and int(row["threads"]) > 1)]
     new = {(row["processor"], row["problem"].split(" ")[0]) for row in rows}
-    path = ROOT / "slides" / "measured" / "speed_peers.csv"
+    path = MEASURED / "speed_peers.csv"
     rows += [row for row in csv_rows(path) if (row["processor"], row["problem"].split(" ")[0]) not in new] if path.exists() else []
-    write("speed_peers", (*MACHINE, *KEPT), [[row[key] for key in (*MACHINE, *KEPT)] for row in rows])
+    write(out, "speed_peers", (*MACHINE, *KEPT), [[row[key] for key in (*MACHINE, *KEPT)] for row in rows])
 
 
 def csv_rows(path):
@@ -107,34 +108,35 @@ def rays():
             for row in trace("ch5_bal", source("bal/49-7776"), "--iterations", 20, "--points", points)]
 
 
-def write(name, head, rows):
-    tables.write(ROOT / "slides" / "measured" / f"{name}.csv", head, rows)
+def write(out, name, head, rows):
+    tables.write(out / f"{name}.csv", head, rows)
 
 
 def main():
     parser = argparse.ArgumentParser(prog="measure_speed.py", description=__doc__.split("\n\n")[0])
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--bench", metavar="DIR", help="keep this folder's tables, and measure nothing")
+    parser.add_argument("--out", metavar="DIR", type=Path, default=MEASURED, help="where the tables go, default: slides/measured")
     given = parser.parse_args()
-    rounds = given.rounds
+    rounds, out = given.rounds, given.out
     if given.bench:
-        return keep_peers(given.bench)
+        return keep_peers(given.bench, out)
     build_or_fail(["measure_steps", "ch5_bal", "ch5_window"])
     by_step, limits = {}, {}
     for turn in range(rounds):
         print(f"round {turn + 1} of {rounds}", file=sys.stderr)
         steps(by_step)
         machine(limits)
-    write("speed_steps", ("problem", "solver", "simd", "step", "milliseconds", "flop", "bytes"),
+    write(out, "speed_steps", ("problem", "solver", "simd", "step", "milliseconds", "flop", "bytes"),
           [(*key, *value) for key, value in by_step.items()])
-    write("speed_machine", ("simd", "limit", "megabytes", "value"), [(*key, value) for key, value in limits.items()])
+    write(out, "speed_machine", ("simd", "limit", "megabytes", "value"), [(*key, value) for key, value in limits.items()])
     with tempfile.TemporaryDirectory() as out:
         run(ROOT / "course", "bench", "--out", out)
         keep_peers(Path(out) / "bench")
-    write("speed_reduced", ("solver", "iteration", "seconds", "cost"), reduced())
-    write("speed_refined", ("landmark_steps", "iteration", "seconds", "cost"), refined(5 * rounds))
-    write("speed_rays", ("points", "iteration", "seconds", "cost"), rays())
-    write("speed_about", ("processor", "cores", "threads", "rounds", "date"),
+    write(out, "speed_reduced", ("solver", "iteration", "seconds", "cost"), reduced())
+    write(out, "speed_refined", ("landmark_steps", "iteration", "seconds", "cost"), refined(5 * rounds))
+    write(out, "speed_rays", ("points", "iteration", "seconds", "cost"), rays())
+    write(out, "speed_about", ("processor", "cores", "threads", "rounds", "date"),
           [(processor(), os.cpu_count(), 1, rounds, time.strftime("%Y-%m-%d"))])
 
 

@@ -1,6 +1,6 @@
 """Measures which first damping λ₀ and which variables, points that add or points on rays, serve bundle adjustment.
 
-usage: python3 -m ch5_backend.course.documents.measure_start [--unseen] [--rounds N]
+usage: python3 -m ch5_backend.course.documents.measure_start [--unseen] [--rounds N] [--out DIR]
 
 Prints for each pair the processor's time to within 0.1 % of the least cost that any pair finds, relative to the problem's
 best pair, as geometric mean, least and most over the set; keeps every time in slides/measured/speed_start.csv. What does not
@@ -11,6 +11,7 @@ it is made. The row "unasked" is what the library does by itself.
 import argparse
 import statistics
 import sys
+from pathlib import Path
 
 from ch5_backend.figures import tables
 from ch5_backend.figures.numbers.peers import pairs_of
@@ -62,12 +63,13 @@ def main():
     parser = argparse.ArgumentParser(prog="measure_start.py", description=__doc__.split("\n\n")[0])
     parser.add_argument("--unseen", action="store_true", help="the problems that the choice was not made on")
     parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--out", metavar="DIR", type=Path, default=ROOT / "slides" / "measured")
     given = parser.parse_args()
     build_or_fail(["measure_ours"])
     problems = UNSEEN if given.unseen else SEEN
     rows = rows_of(measure(problems, given.rounds))
     name = "speed_start_unseen" if given.unseen else "speed_start"
-    tables.write(ROOT / "slides" / "measured" / f"{name}.csv", HEAD, [[row[key] for key in HEAD] for row in rows])
+    tables.write(given.out / f"{name}.csv", HEAD, [[row[key] for key in HEAD] for row in rows])
     print(f"{'pair':<22} {'mean':>6} {'least':>6} {'most':>6} arrives, of {len(problems)} problems", file=sys.stdout)
     for pair, mean, least, most, arrivals in pairs_of(rows):
         print(f"{pair:<22} {mean:6.2f} {least:6.2f} {most:6.2f} {arrivals}")

@@ -27,7 +27,7 @@ TOP = "chapter5"  # the folder that the archive unpacks to
 LEFT_OUT = (
     ".ci/", ".github/", "solutions/",
     "slides/",  # students read the PDFs, and the reading edition
-    "ch5_homework/GRADING", "ch5_homework/INSTRUCTORS",
+    "ch5_homework/GRADING", "ch5_homework/INSTRUCTORS", "ch5_backend/experiments/EVIDENCE", "ch5_backend/experiments/evidence.json",
     "ch5_backend/course/grading/", "tests/grading/", "ch5_homework/judge/remote/",
     "tests/homework/workers.cmake", "tests/homework/wire_test.cc", "tests/homework/judge_and_worker_test.py",
     "tests/docs/", "tests/conventions/", "tests/sanitizers/", "tests/fuzz/", "tests/lab/",  # of those who change the project

@@ -15,17 +15,17 @@ def consistency(tables, policy, mode, table="consistency", hosts="noisy", observ
     return tables(table, policy=policy, mode=mode, hosts=hosts, observations=observations)
 
 
-def kept_summary(policy, mode="none", **case):
+def kept_summary(policy, mode="none", tables=KEPT, **case):
     """The row of one case over all flights and times, of the kept tables."""
-    return consistency(KEPT, policy, mode, "consistency_summary", **case).rows()[0]
+    return consistency(tables, policy, mode, "consistency_summary", **case).rows()[0]
 
 
 FLIGHTS = ("ahead", "ahead with 100 tracks", "outward", "hand-held")  # kinds of the study first_estimates
 
 
-def paired(kind, policy, setting):
+def paired(kind, policy, setting, tables=KEPT):
     """ATE with first estimates less that without, flight by flight: mean ± standard error [m] (flights that are better/all)."""
-    ate = [KEPT("first_estimates", recording=kind, policy=policy, setting=name)["ate_m"] for name in (setting, "none")]
+    ate = [tables("first_estimates", recording=kind, policy=policy, setting=name)["ate_m"] for name in (setting, "none")]
     change = ate[0] - ate[1]
     error = change.std(ddof=1) / np.sqrt(len(change))
     return f"{change.mean():+.3f} ± {error:.3f} ({(change < 0).sum()}/{len(change)})".replace("-", "−")
