@@ -1,5 +1,5 @@
 """What the experiments with the systems must show, on their first trials. Those that take long or measure time are kept
-(tests/docs/window_claims_test.py)."""
+(experiments/evidence.json)."""
 
 from tests.experiments import programs_under_test
 from tests.project import BUILD

@@ -9,7 +9,7 @@ claim. python3 -m ch5_backend.course.documents.evidence writes the pages.
 import json
 import re
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from shutil import get_terminal_size
 
@@ -68,6 +68,10 @@ def names(tables) -> dict:
         rules = ("nielsen", "ceres", "tenfold")
         return min(rules, key=lambda rule: ended("solver_rules", "trial", problem=problem, rule=rule))
 
+    @cache
+    def paper(study):
+        return getattr(gauge, study)(tables(f"gauge/{study}"))
+
     def recorded(policy, setting):
         return tables("consistency_recording", recording="euroc_v1_01_easy").row(policy=policy, setting=setting)
 
@@ -81,7 +85,7 @@ def names(tables) -> dict:
     def means():
         return [row[3] for row in peers.kinds_of(peers.kept(tables)) if row[1:3] == (peers.BEST, "to 0.1 %")]
 
-    helpers = (ended, step, condition, winner, recorded, keyframes, spans, means)
+    helpers = (ended, step, condition, winner, paper, recorded, keyframes, spans, means)
     return {"table": tables, "np": np, "fast": fast, "gauge": gauge, "systems": systems, "windows": windows,
             **{one.__name__: one for one in helpers},
             **{one.__name__: partial(one, tables=tables) for one in (windows.paired, windows.kept_summary)}}
