@@ -9,6 +9,7 @@ import numpy as np
 from tests.folder import FolderTest
 from tests.project import BUILD, DATA
 
+from ch5_backend.course.documents import measure_speed
 from ch5_backend.course.experiments.figure_sets import SYSTEMS
 from ch5_backend.figures.numbers.windows import KEPT
 from ch5_backend.figures.tables import Tables
@@ -58,6 +59,12 @@ class KeptTables(FolderTest):
                 for name in row.keys() - set(cases):
                     tolerance = 1e-2 if name.endswith("leak") else 1e-6  # a small difference of large sums
                     np.testing.assert_allclose(again[name], row[name], tolerance, 1e-6, err_msg=f"{row}: {name}")
+
+    def test_the_ways_of_the_fifth_lecture(self):
+        for name, rows in (("speed_reduced", measure_speed.reduced(1)), ("speed_refined", measure_speed.refined(1)), ("speed_rays", measure_speed.rays())):
+            kept = Tables(measure_speed.MEASURED)(name)
+            self.assertEqual([int(row[1]) for row in rows], kept["iteration"].tolist(), name)
+            np.testing.assert_allclose([float(row[-1]) for row in rows], kept["cost"], 1e-6, err_msg=name)
 
     def test_hosts_on_recordings(self):
         self.program("ch5_nees", "--recordings", DATA, "--out", self.folder)
