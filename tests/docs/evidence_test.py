@@ -4,16 +4,22 @@ A claim is what a machine can find: a table that a page may ask, a result page o
 unit, or a line of a table of measurements. Such a number must be one that a row of its section computes, or be "stated" there.
 """
 
+import contextlib
 import importlib.util
+import io
 import json
 import re
+import tempfile
 import unittest
+from argparse import Namespace
+from unittest import mock
 
 from tests.docs.markdown import DECKS, ENGINEERS, GUIDES, PAGES, READMES, ROOT, headings, prose, read, sections, slides
 from tests.project import DATA, OUT
 
 from ch5_backend.course.__main__ import main
 from ch5_backend.course.base.anchors import anchor
+from ch5_backend.course.base.errors import CourseError
 from ch5_backend.course.documents import evidence
 from ch5_backend.course.experiments.figure_sets import SETS
 from ch5_backend.figures.tables import Tables
@@ -125,3 +131,17 @@ class Evidence(unittest.TestCase):
         row = json.loads(json.dumps(evidence.ROWS["preintegration"]))
         row["holds"] = ["1 < 2", "np.median(table('preintegration').claimed) < 0"]
         self.assertEqual(evidence.broken(row, evidence.Found(*evidence.KEPT)), row["holds"][1:])
+
+    def test_the_command_says_what_holds_and_what_does_not(self):
+        for densities, code, word in (("1", 0, "holds: "), ("0.5", 1, "DOES NOT HOLD: ")):
+            def compute(row, out):
+                text = read(evidence.KEPT[0] / "preintegration.csv").splitlines()
+                rows = [line.split(",") for line in text[1:]]
+                scaled = [",".join([*row[:4], str(float(densities) * float(row[4])), row[5]]) for row in rows]
+                (out / "preintegration.csv").write_text("\n".join([text[0], *scaled]))
+            said = io.StringIO()
+            with tempfile.TemporaryDirectory() as out, mock.patch.object(evidence, "compute", compute), contextlib.redirect_stdout(said):
+                self.assertEqual(evidence.evidence(Namespace(name="preintegration", language="en", out=out)), code)
+            self.assertIn(f"\n{word}(table('preintegration').claimed / table('preintegration').measured - 1).min() > -0.08   [", said.getvalue())
+        with self.assertRaisesRegex(CourseError, "no claim is called 'front'"):
+            evidence.refuse("front")
