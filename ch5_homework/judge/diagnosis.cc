@@ -144,10 +144,9 @@ Text SymptomOfTheWhole(const Claim& claim) {
   const auto is_set = (expected.array() != 0.0).eval();
   if (std::isfinite(k) && is_set.count() > 1)
     return {"matrix.factor", {{"k", Word(k)}}};  // one number alone has any ratio
-  // A short vector may be integral by coincidence.
-  if (got.size() > 6 && HasIntegersAlone(got) && !HasIntegersAlone(expected) && LargestEntry(got) > 1.0) {
-    return "matrix.integers";
-  }
+  // A short vector may be integral by coincidence; so may 2 I, but it is not what is right, rounded.
+  const bool rounded = LargestEntry(got) > 1.0 && LargestEntry(got - expected) < 1.0;
+  if (got.size() > 6 && rounded && HasIntegersAlone(got) && !HasIntegersAlone(expected)) return "matrix.integers";
   const bool square = got.rows() == got.cols() && got.rows() > 1;
   if (square && Equal(got, expected.transpose(), kMistakeMatch)) return "matrix.transposed";
   if (square && IsSymmetric(expected)) {
@@ -155,12 +154,12 @@ Text SymptomOfTheWhole(const Claim& claim) {
     if (Equal(got, upper, kMistakeMatch)) return "matrix.only_upper_triangle";
     if (Equal(got, lower, kMistakeMatch)) return "matrix.only_lower_triangle";
   }
-  if (SameNumbersElsewhere(got, expected, kMistakeMatch)) return "matrix.wrong_places";
   const auto wrong = ((got - expected).array().abs() > claim.Allowed()).eval();
   const MatXX wrong_got = wrong.select(got, 0.0), meant = wrong.select(expected, 0.0);
   if (wrong_got.isZero(0.0)) return "matrix.wrong_entries_are_zero";
   const double k_wrong = Ratio(wrong_got, meant);  // not finite where zeros are meant
   if (std::isfinite(k_wrong) && wrong.count() > 1) return {"matrix.wrong_entries_factor", {{"k", Word(k_wrong)}}};
+  if (SameNumbersElsewhere(got, expected, kMistakeMatch)) return "matrix.wrong_places";
   return {};
 }
 

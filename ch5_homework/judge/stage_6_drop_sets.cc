@@ -43,31 +43,26 @@ Text CauseOfEdges(const DropSet& drop, const DropSet& right) {
   return "6.edge_named_twice";
 }
 
-TEST(Stage6, MarginOldTakesTheOldestFrameAndWhatItHosts) {
-  WindowScene scene("full window");
-  const Window& window = scene.window;
-  const DropSet drop = AskForDropSet(&scene, MarginalizationFlag::kOld), right = RightMarginOld(window);
+void CheckMarginOld(const char* name, const Text& words, Text cause = {}) {
+  WindowScene scene(name);
+  const DropSet drop = AskForDropSet(&scene, MarginalizationFlag::kOld), right = RightMarginOld(scene.window);
   if (Same(drop, right)) return;
-  Text cause = CauseOfVertices(window, drop);
+  if (cause.empty()) cause = CauseOfVertices(scene.window, drop);
   if (cause.empty()) cause = CauseOfEdges(drop, right);
-  Fail({"6.margin_old_full_window", Inventory(right), Inventory(drop), cause, "6g"});
+  Fail({words, Inventory(right), Inventory(drop), cause, "6g"});
 }
 
+TEST(Stage6, MarginOldTakesTheOldestFrameAndWhatItHosts) { CheckMarginOld("full window", "6.margin_old_full_window"); }
+
 TEST(Stage6, MarginOldWithoutAPrior) {
-  WindowScene scene("full window without prior");
-  const Window& window = scene.window;
-  const DropSet drop = AskForDropSet(&scene, MarginalizationFlag::kOld), right = RightMarginOld(window);
-  if (Same(drop, right)) return;
-  Fail({"6.margin_old_without_prior", Inventory(right), Inventory(drop), "6.without_prior_one_edge_less", "6g"});
+  CheckMarginOld("full window without prior", "6.margin_old_without_prior", "6.without_prior_one_edge_less");
 }
 
 Text CauseOfSecondNew(const Window& window, const DropSet& drop) {
   const auto& frames = window.frames;
   const auto has = [&](size_t k) { return Holds(drop.vertices, frames[k].pose); };
   if (drop.edges.empty()) return "6.prior_holds_pose";
-  if (Count(drop, "EdgeReprojection") > 0) {
-    return "6.observations_swallowed";
-  }
+  if (Count(drop, "EdgeReprojection") > 0) return "6.observations_swallowed";
   if (Count(drop, "EdgeImu") > 0) return "6.IMU_swallowed";
   const size_t newest = frames.size() - 1;
   if (has(newest - 1) && drop.vertices.size() > 1) return "6.others_go_with_second_newest";

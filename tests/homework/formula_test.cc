@@ -37,6 +37,7 @@ TEST(Formula, HasTheValueAndTheNameOfThePage) {
   const Solved s;
   EXPECT_TRUE(Equal(Value(s.y.right), s.A.inverse() * (s.c() - s.C * s.x), 1e-9));
   EXPECT_EQ(NameOf(s.y.right), "A⁻¹ (c − C x)");
+  EXPECT_EQ(NameOf(Transpose(Named(s.y.right, NameOf(s.y.right)))), "(A⁻¹ (c − C x))ᵀ");
 }
 
 TEST(Formula, HasNoValueWhereTheSizesDoNotFit) {

@@ -72,11 +72,8 @@ std::optional<MatXX> AssemblyOf(const Node& x) {
     const auto [row, column] = x.shares[k].place;
     if (row < 0 || column < 0 || row + block->rows() > x.rows || column + block->cols() > x.columns) continue;
     auto place = sum.block(row, column, block->rows(), block->cols());
-    if (x.shares[k].assigned) {
-      place = *block;
-    } else {
-      place += *block;
-    }
+    if (x.shares[k].assigned) place.setZero();
+    place += *block;
   }
   return sum;
 }
@@ -100,6 +97,13 @@ std::optional<MatXX> Compute(const Node& x) {
     }
   }
   return {};
+}
+
+/// What ᵀ and ⁻¹ stand behind: also what has a name such as "J_iᵀ W J_j" gets brackets.
+std::string BaseName(const Expression& x) {
+  const std::string name = FactorName(x);
+  const bool is_one = name.find(' ') == std::string::npos || name.front() == '(' || name.front() == '[';
+  return is_one ? name : "(" + name + ")";
 }
 
 std::string NameOfSum(const Node& x) {
@@ -215,9 +219,10 @@ std::string NameOf(const Expression& x) {
   if (!x->name.empty()) return x->name;
   std::string name;
   switch (x->kind) {
-    case Kind::kMatrix: return name;
-    case Kind::kInverse: return FactorName(x->parts[0]) + "⁻¹";
-    case Kind::kTranspose: return FactorName(x->parts[0]) + "ᵀ";
+    case Kind::kMatrix:
+    case Kind::kAssembly: return name;
+    case Kind::kInverse: return BaseName(x->parts[0]) + "⁻¹";
+    case Kind::kTranspose: return BaseName(x->parts[0]) + "ᵀ";
     case Kind::kProduct:
       for (const Expression& part : x->parts) {
         name += (name.empty() ? "" : " ") + (part->kind == Kind::kProduct ? NameOf(part) : FactorName(part));
@@ -227,7 +232,6 @@ std::string NameOf(const Expression& x) {
     case Kind::kStack:
       for (const Expression& part : x->parts) name += (name.empty() ? "[" : "; ") + NameOf(part);
       return name + "]";
-    case Kind::kAssembly: return name;
     case Kind::kSeen: return NameOf(x->parts[0]);
   }
   return name;

@@ -38,12 +38,12 @@ void TransposeForgotten(const View& v) {
 
 void Transposed(const View& v) {
   if (!CanBeMistaken(v) || !TryValue(v.x) || TryValue(v.x)->rows() == 1 || TryValue(v.x)->cols() == 1) return;
-  v.report(StandsFor(v, FactorName(v.x) + "ᵀ"), Transpose(v.x));
+  v.report(StandsFor(v, NameOf(Transpose(v.x))), Transpose(v.x));
 }
 
 void Inverted(const View& v) {
   if (v.x->kind == Kind::kInverse || !CanBeMistaken(v) || !Square(v.x)) return;
-  v.report(StandsFor(v, FactorName(v.x) + "⁻¹"), Inverse(v.x));
+  v.report(StandsFor(v, NameOf(Inverse(v.x))), Inverse(v.x));
 }
 
 void OnlyDiagonal(const View& v) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <tuple>
 
 #include "ch5_backend/math/psd.h"
 
@@ -87,10 +88,15 @@ std::vector<Instead> WrongOrders(const Order& right, int idx, int dim, const Tex
   Order overwritten = up;
   std::copy_n(up.begin() + idx, dim, overwritten.end() - dim);
   add("2.read_after_overwriting", overwritten);
-  for (const auto& [first, count] : {std::pair{idx, tail}, {n - dim, dim}}) {
-    MatXX sum = Value(Picked(right));
-    sum.middleRows(first, count) += MatXX::Identity(n, n).middleRows(first, count);
-    wrong.emplace_back(Matrix("P", sum), Text("2.added_to_what_stands_there", {{"rows", rows}}));
+  for (const auto& [first, count] : {std::pair{idx, tail}, {n - dim, dim}, {idx, tail + dim}}) {
+    for (const auto& [cause, sign, kept] : {std::tuple{"2.added_to_what_stands_there", 1.0, 1.0},
+                                            {"2.subtracted_from_what_stands_there", -1.0, 1.0},
+                                            {"2.moved_with_other_sign", -1.0, 0.0}}) {
+      MatXX P = Value(Picked(right));
+      P.middleRows(first, count) *= sign;
+      P.middleRows(first, count) += kept * MatXX::Identity(n, n).middleRows(first, count);
+      wrong.emplace_back(Matrix("P", P), Text(cause, {{"rows", rows}}));
+    }
   }
   return wrong;
 }
