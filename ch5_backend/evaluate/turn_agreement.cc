@@ -6,6 +6,8 @@
 
 #include <Eigen/Cholesky>
 
+#include "ch5_backend/math/median.h"
+
 namespace ch5 {
 namespace {
 
@@ -21,7 +23,7 @@ struct Turn {
 };
 
 constexpr int kRounds = 5;
-constexpr double kScale = 3e-3;  // of Cauchy's loss ρ [rad]: a pixel and a half
+constexpr double kScale = 3e-3;  // [rad]: a pixel and a half
 
 // The rays f₀ and f₁ of a point that two images see.
 using RayPair = std::pair<Vec3, Vec3>;
@@ -39,13 +41,14 @@ std::vector<RayPair> CommonRays(const Image& from, const Image& to) {
 
 // One step of Gauss and Newton to argmin Σ ρ(‖r‖).
 // @param A          a further term of the Hessian
+// @param scale      of Cauchy's loss ρ [rad]
 // @param linearize  r and J of a pair of rays
 template <typename Linearize>
-Vec6 Step(const std::vector<RayPair>& rays, Mat66 A, const Linearize& linearize) {
+Vec6 Step(const std::vector<RayPair>& rays, Mat66 A, double scale, const Linearize& linearize) {
   Vec6 b = Vec6::Zero();
   for (const auto& [f0, f1] : rays) {
     const auto [r, J] = linearize(f0, f1);
-    const double weight = 1.0 / (1.0 + r.squaredNorm() / (kScale * kScale));
+    const double weight = 1.0 / (1.0 + r.squaredNorm() / (scale * scale));
     A += weight * J.transpose() * J;
     b -= weight * J.transpose() * r;
   }
@@ -54,10 +57,10 @@ Vec6 Step(const std::vector<RayPair>& rays, Mat66 A, const Linearize& linearize)
 
 // Rotation θ and translation v between two images, as if all points had the same depth:
 // [θ, v] = argmin Σ ρ(‖f₀ − f₁ − θ × f₁ − (I − f₁f₁ᵀ) v‖).
-Vec6 MotionOfEqualDepths(const std::vector<RayPair>& rays) {
+Vec6 MotionOfEqualDepths(const std::vector<RayPair>& rays, double scale) {
   Vec6 x = Vec6::Zero();
   for (int round = 0; round < kRounds; ++round) {
-    x += Step(rays, Mat66::Zero(), [&](const Vec3& f0, const Vec3& f1) {
+    x += Step(rays, Mat66::Zero(), scale, [&](const Vec3& f0, const Vec3& f1) {
       Eigen::Matrix<double, 3, 6> J;
       J << Hat(f1), f1 * f1.transpose() - Mat33::Identity();
       return std::pair(Vec3(f0 - f1 + J * x), J);
@@ -69,12 +72,13 @@ Vec6 MotionOfEqualDepths(const std::vector<RayPair>& rays) {
 // The rotation q between two images, whatever the points' depths: with the direction v of the translation it is
 // argmin Σ ρ(e), e = vᵀm/s, m = g × f₀, g = q f₁, s² = ½(‖v × g‖² + ‖v × f₀‖²), the distance from the epipolar line.
 // Without s, the least would be a v amid the points.
-Qd RefineByEpipolarLines(const std::vector<RayPair>& rays, Qd q, Vec3 v) {
+// @return q and v
+std::pair<Qd, Vec3> RefineByEpipolarLines(const std::vector<RayPair>& rays, Qd q, Vec3 v, double scale) {
   for (int round = 0; round < kRounds && v.norm() > 0.0; ++round) {
     v.normalize();
     Mat66 length = Mat66::Zero();  // which stays
     length.bottomRightCorner<3, 3>() = v * v.transpose();
-    const Vec6 delta = Step(rays, length, [&](const Vec3& f0, const Vec3& f1) {
+    const Vec6 delta = Step(rays, length, scale, [&](const Vec3& f0, const Vec3& f1) {
       const Vec3 g = q * f1, m = g.cross(f0);
       const double s = std::sqrt(0.5 * (v.cross(g).squaredNorm() + v.cross(f0).squaredNorm()) + kScale * kScale);
       const double e = v.dot(m) / s;
@@ -87,16 +91,46 @@ Qd RefineByEpipolarLines(const std::vector<RayPair>& rays, Qd q, Vec3 v) {
     q = ExpSO3(delta.head<3>()) * q;
     v += delta.tail<3>();
   }
-  return q;
+  return {q, v.normalized()};
+}
+
+std::pair<Qd, Vec3> MotionBetween(const std::vector<RayPair>& rays, double scale = kScale) {
+  const Vec6 start = MotionOfEqualDepths(rays, scale);
+  return RefineByEpipolarLines(rays, ExpSO3(start.head<3>()), start.tail<3>(), scale);
+}
+
+// |e| = |vᵀ(q f₁ × f₀)| of each point, so that e has its σ in the plane z = 1:  both images' noise is in it, from which the
+// fit of a rotation and a direction has taken some.
+std::vector<double> EpipolarErrors(const std::vector<RayPair>& rays, double scale) {
+  constexpr double kDegrees = 5.0;
+  const auto [q, v] = MotionBetween(rays, scale);
+  const double left = std::sqrt(1.0 - kDegrees / static_cast<double>(rays.size()));
+  std::vector<double> errors;
+  for (const auto& [f0, f1] : rays) {
+    const Vec3 n0 = v.cross(q * f1), n1 = q.conjugate() * v.cross(f0);  // noise of x moves f by f_z as much
+    const double w = std::hypot(n0.head<2>().norm() * f0.z(), n1.head<2>().norm() * f1.z());
+    if (w > 0.0) errors.push_back(std::abs(n0.dot(f0)) / (w * left));
+  }
+  return errors;
+}
+
+// Of normal errors among others that lie anywhere.
+double SigmaWithoutOutliers(const std::vector<double>& errors) {
+  constexpr double kFar = 3.0, kMedian = 0.6724;  // σ; the median of |e|/σ below kFar
+  double sigma = Median(errors) / kMedian;
+  for (int round = 0; round < 20; ++round) {
+    std::vector<double> near;
+    std::copy_if(errors.begin(), errors.end(), std::back_inserter(near), [&](double e) { return e <= kFar * sigma; });
+    sigma = Median(near) / kMedian;
+  }
+  return sigma;
 }
 
 // nullopt if the images share too few points.
 std::optional<Turn> TurnBetween(const Image& from, const Image& to, size_t fewest = 12) {
   const std::vector<RayPair> rays = CommonRays(from, to);
   if (rays.size() < fewest) return std::nullopt;
-  const Vec6 start = MotionOfEqualDepths(rays);
-  const Vec3 theta = LogSO3(RefineByEpipolarLines(rays, ExpSO3(start.head<3>()), start.tail<3>()));
-  return Turn{from.t, to.t, theta / (to.t - from.t)};
+  return Turn{from.t, to.t, LogSO3(MotionBetween(rays).first) / (to.t - from.t)};
 }
 
 template <typename Visit>
@@ -192,6 +226,36 @@ Vec3 SpreadOfImageTurns(const Recording& recording) {
   return spread;
 }
 
+std::optional<MeasuredNoise> NoiseOfTracks(const Recording& recording) {
+  constexpr size_t kParts = 8, kPairs = 400;
+  constexpr size_t kFewestRays = 12, kFewestErrors = 100;
+  constexpr double kWide = 3.0;  // a narrower loss fits the noise of a few
+  std::vector<std::vector<RayPair>> pairs;
+  ForPairs(recording.images, [&](const Image& from, const Image& to) {
+    std::vector<RayPair> rays = CommonRays(from, to);
+    if (rays.size() >= kFewestRays) pairs.push_back(std::move(rays));
+  });
+  std::vector<double> sigmas;  // of the parts, in the plane z = 1
+  double scale = kScale;
+  for (int round = 0; round < 3; ++round) {
+    std::array<std::vector<double>, kParts> errors;
+    for (size_t k = 0; k < pairs.size(); k += pairs.size() / kPairs + 1) {
+      const std::vector<double> more = EpipolarErrors(pairs[k], scale);
+      std::vector<double>& part = errors[k * kParts / pairs.size()];
+      part.insert(part.end(), more.begin(), more.end());
+    }
+    sigmas.clear();
+    for (const std::vector<double>& part : errors)
+      if (part.size() >= kFewestErrors) sigmas.push_back(SigmaWithoutOutliers(part));
+    if (sigmas.size() < kParts / 2) return std::nullopt;
+    scale = kWide * std::sqrt(2.0) * Median(sigmas);
+  }
+  const VecX pixels = recording.calibration.FocalLength() *
+                      Eigen::Map<const VecX>(sigmas.data(), static_cast<Eigen::Index>(sigmas.size()));
+  const double n = static_cast<double>(pixels.size());
+  return MeasuredNoise{pixels.mean(), std::sqrt((pixels.array() - pixels.mean()).square().sum() / (n * (n - 1.0)))};
+}
+
 std::optional<TurnAgreement> CompareTurns(const Recording& recording) {
   std::vector<Turn> turns;
   ForPairs(recording.images, [&](const Image& from, const Image& to) {
@@ -204,6 +268,9 @@ std::optional<TurnAgreement> CompareTurns(const Recording& recording) {
   if (given.value == 0.0) return std::nullopt;
   result.as_given = result.at_delay = given.value;
   result.noise = given.ratio;
+  double seconds = 0.0;
+  for (const Turn& turn : turns) seconds += turn.t1 - turn.t0;
+  result.pairs = (turns.back().t1 - turns.front().t0) * static_cast<double>(turns.size()) / seconds;
   result.with_inverse = correlate(R_B_C.transpose(), 0.0);
   for (const Mat33& axes : SignedPermutations()) {  // orthogonal, so that they may as well turn the images' rates back
     const double correlation = correlate(axes.transpose() * R_B_C, 0.0);
@@ -229,11 +296,14 @@ std::optional<double> ClearDelay(const TurnAgreement& turns) {
   // 40 to 90 ms, with a gain of up to 1.07.
   constexpr double kGain = 0.05, kDelayOfGain = 0.04,
                    kMostGain = 0.5;  // two turns farther apart have nothing in common
+  // By chance a delay gains as much as one pair of images or five explain.
+  constexpr double kByChance = 10.0;
   // The best of a hundred places need not be a good one.
   constexpr double kFar = 0.2, kGood = 0.6;
   const double delay = std::abs(turns.delay), gain = LeftVariance(turns.as_given) / LeftVariance(turns.at_delay) - 1.0;
   if (delay < kLeast || delay > kMost ||
-      gain < std::min(kMostGain, kGain * std::max(1.0, std::pow(delay / kDelayOfGain, 2))))
+      gain < std::min(kMostGain,
+                      std::max(kByChance / turns.pairs, kGain * std::max(1.0, std::pow(delay / kDelayOfGain, 2)))))
     return std::nullopt;
   if (delay > kFar && turns.at_delay < kGood) return std::nullopt;
   return turns.delay;

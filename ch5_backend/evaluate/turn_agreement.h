@@ -16,6 +16,7 @@ struct TurnAgreement {
   Mat33 axes = Mat33::Identity();  ///< one of SignedPermutations
   double at_delay = 0.0;           ///< the greatest, once the images are stamped `delay` later
   double delay = 0.0;              ///< within ±1 [s]; VINS-Mono's td
+  double pairs = 0.0;              ///< of images that were compared, as if none overlapped
   double noise = 1.0;  ///< the variance of the images' turns over that of the gyroscope's, whatever the axes
 };
 
@@ -29,6 +30,15 @@ std::optional<TurnAgreement> CompareTurns(const Recording& recording);
 /// The standard deviation of the images' turns about each axis of B, without their noise: the root of the covariance of two
 /// halves of the tracks [rad/s]; 0 where that is not certain.
 Vec3 SpreadOfImageTurns(const Recording& recording);
+
+/// σ of noise, and the standard deviation of this figure.
+struct MeasuredNoise {
+  double value, sigma;
+};
+/// Of an observation along an axis [px]: by the distances from the epipolar lines that are left between images 0.12 to 0.3 s apart, wild ones aside. What grows
+/// over longer times, as a track that creeps along an edge, is not in it.
+/// @return nullopt if too few images share more than ten points
+std::optional<MeasuredNoise> NoiseOfTracks(const Recording& recording);
 
 /// What a correlation leaves of the variance.
 inline double LeftVariance(double correlation) { return 1.0 - correlation * correlation; }

@@ -9,6 +9,7 @@
 
 #include "ch5_backend/experiments/studies/command_line.h"
 #include "ch5_backend/experiments/studies/implausible_readings.h"
+#include "ch5_backend/experiments/studies/noise_check.h"
 #include "ch5_backend/experiments/studies/odometry_study.h"
 #include "ch5_backend/experiments/studies/recording_warnings.h"
 #include "ch5_backend/files/recording_file.h"
@@ -18,8 +19,8 @@ namespace {
 
 constexpr char kUsage[] =
     "usage: ch5_recording FOLDER --out DIR [--policy vins|okvis] [--batch] [--seconds A:B] [--window N]\n"
-    "       [--max-features N] [--first-estimates none|prior|full] [--estimate-extrinsic] [--estimate-time-offset] "
-    "[--mono] [--strict]\n"
+    "       [--max-features N] [--pixel-sigma S] [--first-estimates none|prior|full] [--estimate-extrinsic]\n"
+    "       [--estimate-time-offset] [--mono] [--strict]\n"
     "Follows the camera and IMU recorded in FOLDER (calibration.yaml, imu.csv, tracks.csv and, to compare with,\n"
     "groundtruth.csv; ch5_backend/GUIDE.md has their format) with both window policies, and writes to DIR: "
     "trajectories in TUM's and EuRoC's format, and\n"
@@ -109,6 +110,7 @@ void Run(const Command& command) {
                keys.front()}});
   }
   warn(readings);
+  warn(ch5::CheckNoise(&recording, &settings));
   const auto is_dead = [](const ch5::RecordingWarning& warning) { return warning.name == "gyroscope_dead"; };
   if (std::none_of(readings.begin(), readings.end(), is_dead)) {  // else nothing can be compared with the images
     warn(ch5::CheckMeasurements(recording, &settings));

@@ -123,7 +123,7 @@ class CommandLine(FolderTest):
                 (solver, "--huber", ["0", "1e7", "nan", "1_0"]), (solver, "--solver", ["magic"]),
                 (graph, "--init", ["magic"]), (graph, "--loss", ["magic"]), (graph, "--scale", ["0", "1e7"]),
                 (recording, "--policy", ["both"]), (recording, "--first-estimates", ["all"]), (recording, "--window", ["3", "1001"]),
-                (recording, "--max-features", ["7", "100001"]), (recording, "--seconds", ["5", "5:5", "-1:", "a:"])):
+                (recording, "--max-features", ["7", "100001"]), (recording, "--pixel-sigma", ["0.001", "101", "nan"]), (recording, "--seconds", ["5", "5:5", "-1:", "a:"])):
             options.remove(option)
             for value in values:
                 own = subprocess.run([BUILD / "bin" / program, data, "--out", self.folder / "out", option, value], capture_output=True, text=True)

@@ -92,6 +92,10 @@ TEST(ImplausibleReadings, ZerosRepeatsAndSpikesAreLeftOutAndNamed) {
          for (size_t k = kMiddle; k < kMiddle + 50; ++k) (*imu)[k].gyroscope = (*imu)[kMiddle].gyroscope;
        }},
       {"imu_spike", 1, kMiddle + 2, [](auto* imu) { (*imu)[kMiddle].acceleration.x() += 60.0; }},
+      {"imu_spike", 2, kMiddle + 2,
+       [](auto* imu) {
+         for (const size_t k : {kMiddle, kMiddle + 1}) (*imu)[k].acceleration.y() -= 30.0;
+       }},
       {"imu_spike", 3, kMiddle - 498,
        [](auto* imu) {
          for (const size_t k : {kMiddle - 500, kMiddle, kMiddle + 500}) (*imu)[k].gyroscope.y() -= 5.0;
@@ -181,6 +185,37 @@ TEST(ImplausibleReadings, ImagesThatTurnFartherThanTheGyroscopeTellWhy) {
   for (ImuMeasurement& m : recording.imu) m.gyroscope *= 180.0 / M_PI;
   OdometrySettings settings;
   EXPECT_EQ(Names(CheckMeasurements(recording, &settings)), "turns_unit");
+}
+
+TEST(ImplausibleReadings, ARateThatIsNotTheCalibrationsIsNamed) {
+  Recording recording = Healthy();
+  for (size_t k = recording.imu.size() - 2; k > 0; --k)
+    if (k % 4 == 3) recording.imu.erase(recording.imu.begin() + static_cast<std::ptrdiff_t>(k));
+  OdometrySettings settings;
+  const RecordingWarnings warnings = CheckMeasurements(recording, &settings);
+  ASSERT_EQ(Names(warnings), "imu_rate");
+  EXPECT_NEAR(warnings[0].value, 150.0, 1.0);
+}
+
+// The first seconds after a rest, and noise of 3 px, look like a delay or another focal length.
+TEST(ImplausibleReadings, FewOrNoisyImagesTellNothing) {
+  struct Case {
+    uint64_t seed;
+    double pixels, seconds;
+  };
+  for (const auto& [seed, pixels, seconds] :
+       {Case{1, 0.5, 4.0}, Case{2, 0.5, 4.0}, Case{8, 0.5, 4.0}, Case{3, 3.0, 20.0}}) {
+    RoomOptions options;
+    options.seed = seed;
+    options.simulation.imu.seed = seed;
+    options.simulation.camera.seed = seed + 1;
+    options.simulation.camera.pixel_sigma = pixels;
+    Recording recording = SimulateRoom(options);
+    while (recording.images.back().t > seconds) recording.images.pop_back();
+    OdometrySettings settings;
+    EXPECT_EQ(Names(CheckMeasurements(recording, &settings)), "") << seed;
+    EXPECT_EQ(settings.estimator.time_offset, 0.0) << seed;
+  }
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 """ch5_recording, and ./course run FOLDER: what they print, write and refuse."""
 
+import csv
 import re
 import shutil
 
@@ -9,7 +10,8 @@ from tests.project import BUILD, ROOT
 SEGMENT = ["segment", "first_s", "last_s", "frames", "ate_m", "scale_error", "yaw_error_deg"]
 KEYS = ["policy", "ate_m", "scale_error", "yaw_error_deg", "realtime_factor", "p99_window_ms", "frames", "restarts",
         "rpe_m", "path_m", "drift_percent"]
-TABLES = {f"odometry_{name}.csv" for name in ("policies", "segments", "path", "windows", "matrices", "spectrum", "gauge", "warnings", "machine")}
+TABLES = {f"odometry_{name}.csv" for name in
+          "policies results segments path windows matrices spectrum gauge warnings machine".split()}
 # Of one line of a table: the file, its number, what becomes of it (of the line before and itself), and what is said.
 DAMAGED = [
     ("imu.csv", 100, lambda before, line: before, "the timestamp is repeated"),
@@ -84,7 +86,7 @@ class RecordingApp(AppTest):
     def test_course_run_gives_the_numbers_as_json(self):
         recording = self.simulate()
         result = self.course_run(recording, "--language", "zh")
-        self.assertEqual([list(row) for row in result["policies"]], [[*KEYS, "segments"]] * 2)
+        self.assertEqual([list(row) for row in result["policies"]], [[*KEYS, "results", "segments"]] * 2)
         self.assertEqual(result["warnings"], [])
         for row in result["policies"]:
             self.assertTrue(all(isinstance(row[key], (int, float)) for key in KEYS[1:]), row)
@@ -225,6 +227,24 @@ class RecordingApp(AppTest):
         calibration.write_text(re.sub(r"(q_B_C: .*)", lambda q: re.sub(r"([xyz]): (-?)", lambda axis: axis[1] + ": " + ("" if axis[2] else "-"), q[1]), known))
         done = self.program(recording, "--out", self.out, "--policy", "vins")
         self.assertRegex(done.stderr, r"\(correlation 0\.\d+; with the inverse of camera\.q_B_C 0\.9\d\): it must rotate camera")
+
+    def test_what_is_estimated_beside_the_path_is_told_and_files_keep_the_images_stamps(self):
+        recording = self.simulate(12)
+        edit(recording / "tracks.csv", lambda rows: [later(row, 0.1) for row in rows])
+        answer = self.course_run(recording, "--policy", "vins", "--estimate-extrinsic")
+        self.assertRegex(answer["version"], r"^\d+\.\d+\.\d+$")
+        row, = answer["policies"]
+        results = row["results"]
+        self.assertAlmostEqual(results["time_offset_s"]["value"], -0.1, delta=0.003)
+        self.assertTrue(1.5 < results["first_pose_s"]["value"] < 3.0, results)
+        self.assertAlmostEqual(results["estimated_path_m"]["value"] / row["path_m"], 1.0, delta=0.2)
+        moved = [results[f"extrinsic_moved_{axis}_{unit}"] for unit in ("m", "deg") for axis in "xyz"]
+        for one in moved:  # what the file says is true
+            self.assertLess(abs(one["value"]), 5.0 * one["sigma"] + 1e-3, moved)
+        images = {row[0] for row in csv.reader((recording / "tracks.csv").read_text().splitlines()[1:])}
+        stamps = [line.split()[0].replace(".", "") for line in (self.out / "room" / "vins.tum").read_text().splitlines()]
+        self.assertEqual(set(stamps) - images, set(), "the images' own stamps")
+        self.assertEqual(len(stamps), row["frames"])
 
     def test_readings_at_a_limit_are_named(self):
         recording = self.simulate(6)

@@ -1,5 +1,6 @@
 """./course run: the whole chapter, or one solver run per data file."""
 
+import re
 import shlex
 import sys
 import time
@@ -8,7 +9,7 @@ from pathlib import Path
 from ch5_backend.figures.words import PAGES
 
 from ..base import jsonout
-from ..base.cmake_build import BIN, build_or_fail
+from ..base.cmake_build import BIN, ROOT, build_or_fail
 from ..base.commands import COMMANDS
 from ..base.errors import CourseError, warn
 from ..base.language import sentence
@@ -90,6 +91,11 @@ def solve(path: str, kind: str, out: Path, arguments) -> dict:
     return result
 
 
+def version() -> str:
+    """The library's."""
+    return ".".join(re.findall(r"define CH5_VERSION_\w+ (\d+)", (ROOT / "ch5_backend" / "version.h").read_text(encoding="utf-8")))
+
+
 def read_result(kind: str, out: Path, spoken: str) -> dict:
     """What --json tells of one of the data."""
     if kind == "recording":
@@ -97,8 +103,11 @@ def read_result(kind: str, out: Path, spoken: str) -> dict:
         segments = jsonout.read_rows(out / "csv" / "odometry_segments.csv")
         of = lambda name: [{field: value for field, value in segment.items() if field != "policy"}
                            for segment in segments if segment["policy"] == name]
-        policies = [{**{field: row[field] for field in POLICY_FIELDS}, "segments": of(row["policy"])} for row in rows]
-        return {"problem": out.name, "policies": policies,
+        results = jsonout.read_rows(out / "csv" / "odometry_results.csv")
+        found = lambda name: {row["quantity"]: {"value": row["value"], "sigma": row["sigma"]} for row in results if row["policy"] == name}
+        policies = [{**{field: row[field] for field in POLICY_FIELDS}, "results": found(row["policy"]), "segments": of(row["policy"])}
+                    for row in rows]
+        return {"problem": out.name, "version": version(), "policies": policies,
                 "warnings": jsonout.read_rows(out / "csv" / "odometry_warnings.csv"), "out": str(out), "report": str(out / PAGES[spoken])}
     return {**jsonout.read_summary(out / "summary.csv"), "out": str(out)}
 

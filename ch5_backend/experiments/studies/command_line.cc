@@ -31,6 +31,7 @@ T NumberIn(const std::string& word, T low, T high) {
   throw std::invalid_argument(message.str());
 }
 template int NumberIn(const std::string&, int, int);
+template double NumberIn(const std::string&, double, double);
 
 CommandLine::CommandLine(std::string program, std::string usage)
     : program_(std::move(program)), usage_(std::move(usage)) {}

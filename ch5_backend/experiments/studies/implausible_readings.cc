@@ -156,14 +156,18 @@ std::vector<size_t> CheckRails(const Readings& imu, const Sensor& sensor, Record
   return all;
 }
 
-// One reading far from both its neighbors, as nothing around it is: a blow lasts and rings.
+// One reading or two far from the median of those around, as nothing near is: a blow lasts and rings.
 void MarkSpikes(const Readings& imu, const Sensor& sensor, std::vector<bool>* is_out) {
   constexpr double kTimes = 5.0;
-  constexpr size_t kAround = 100, kOthers = 3;  // of those around the third counts: spikes come in pairs
+  constexpr size_t kBeside = 2;                 // of the median, on each side
+  constexpr size_t kAround = 100, kOthers = 3;  // of those around the fourth counts: spikes come in pairs
   std::vector<double> stands_out(imu.size(), 0.0);
-  for (size_t k = 1; k + 1 < imu.size(); ++k) {
-    const Vec3 x = imu[k].*sensor.reading;
-    stands_out[k] = std::min((x - imu[k - 1].*sensor.reading).norm(), (x - imu[k + 1].*sensor.reading).norm());
+  for (size_t k = kBeside; k + kBeside < imu.size(); ++k) {
+    for (int axis = 0; axis < 3; ++axis) {
+      std::vector<double> values;
+      for (size_t i = k - kBeside; i <= k + kBeside; ++i) values.push_back((imu[i].*sensor.reading)[axis]);
+      stands_out[k] = std::max(stands_out[k], std::abs(values[kBeside] - Median(values)));
+    }
   }
   for (size_t k = 0; k < imu.size(); ++k) {
     if (stands_out[k] < sensor.least_spike) continue;

@@ -168,11 +168,13 @@ OdometryRun RunOdometry(const Recording& recording, const EstimatorOptions& opti
         run.segments.push_back({row.report.segment, {}, {}});
       run.segments.back().states.push_back(*row.report.state);
     }
+    if (row.report.covariance) run.covariance = row.report.covariance;
     if (watch) watch(now, row);
     run.rows.push_back(row);
   });
   run.restarts = estimator.Restarts();
   run.time_offset = estimator.TimeOffset();
+  run.T_B_C = estimator.GetWindow().T_B_C();
   Summarize(recording, &run);
   return run;
 }

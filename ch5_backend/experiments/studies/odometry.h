@@ -40,8 +40,10 @@ struct OdometryRun {
   std::optional<TrajectoryError> error;
   std::optional<RelativeError> relative;  ///< of the longest segment
   int restarts = 0;
-  double time_offset = 0.0;      ///< of the camera's clock, as estimated last [s]
-  double realtime_factor = 0.0;  ///< duration of the recording / time spent
+  double time_offset = 0.0;                   ///< of the camera's clock, as estimated last [s]
+  Transform T_B_C;                            ///< likewise
+  std::optional<StateCovariance> covariance;  ///< of the last estimate, if EstimatorOptions::report_covariance
+  double realtime_factor = 0.0;               ///< duration of the recording / time spent
   double tracking_factor =
       0.0;  ///< the same of the images with an estimate, without those of the start; NaN if there is none
   double milliseconds = 0.0;   ///< mean over the images

@@ -11,7 +11,7 @@
 namespace ch5 {
 namespace {
 
-constexpr const char* kNames[] = {"policy", "first_estimates", "window", "max_features", "seconds"};
+constexpr const char* kNames[] = {"policy", "first_estimates", "window", "max_features", "seconds", "pixel_sigma"};
 constexpr const char* kFlags[] = {"estimate_extrinsic", "estimate_time_offset", "mono"};
 
 std::string OptionOf(std::string name) {
@@ -59,11 +59,20 @@ void OdometrySettings::Set(const std::string& name, const std::string& word) {
     window = NumberIn(word, 4, 1000);
   } else if (name == "max_features") {
     max_features = NumberIn(word, 8, 100000);
+  } else if (name == "pixel_sigma") {
+    UsePixelSigma(NumberIn(word, 0.01, 100.0));
+    finds_noise = false;
   } else if (name == "seconds") {
     std::tie(from, to) = Interval(word);
   } else {
     throw std::invalid_argument("nothing of this name is known here");
   }
+}
+
+void OdometrySettings::UsePixelSigma(double pixels) {
+  const EstimatorOptions usual;
+  estimator.weights.pixel_sigma = pixels;
+  estimator.max_outlier_pixels = usual.max_outlier_pixels * pixels / usual.weights.pixel_sigma;
 }
 
 std::vector<std::unique_ptr<WindowPolicy>> OdometrySettings::Policies() const {

@@ -16,6 +16,7 @@ struct OdometrySettings {
   std::string policy;          ///< vins or okvis; empty: both
   EstimatorOptions estimator;  ///< without the calibration, which is the recording's
   bool finds_clock = true;     ///< the delay of the camera's clock is looked for; not once estimate_time_offset is set
+  bool finds_noise = true;     ///< likewise the noise of the tracks; not once pixel_sigma is set
   bool mono = false;           ///< camera 1 is left out
   int window = 0;              ///< VINS: frames beside the newest; OKVIS: keyframes; 0: as the policy has it
   int max_features = 0;        ///< tracks used of an image; 0: all
@@ -25,6 +26,8 @@ struct OdometrySettings {
   /// @throws std::invalid_argument with what it must be, or for an unknown name
   void Set(const std::string& name, const std::string& word);
 
+  /// The noise of the tracks, with the limit beyond which a landmark is an outlier [px].
+  void UsePixelSigma(double pixels);
   std::vector<std::unique_ptr<WindowPolicy>> Policies() const;
   /// Leaves out images and measurements outside [from, to], tracks beyond max_features (those followed longest stay), and
   /// with `mono` camera 1.

@@ -56,6 +56,33 @@ CsvTable PolicyTable(const OdometryStudy& study) {
   return table;
 }
 
+// What else has come of a run, with its σ where there is one: the last covariance's.
+CsvTable ResultTable(const OdometryStudy& study) {
+  constexpr double kDegrees = 180.0 / M_PI;
+  CsvTable table("policy,quantity,value,sigma");
+  for (const OdometryRun& run : study.runs) {
+    if (run.states.empty()) continue;
+    double path = 0.0;
+    for (const OdometrySegment& segment : run.segments)
+      for (size_t k = 1; k < segment.states.size(); ++k)
+        path += (segment.states[k].T_W_B.p - segment.states[k - 1].T_W_B.p).norm();
+    table.Row(run.policy, "first_pose_s", run.states.front().t, kNoNumber);
+    table.Row(run.policy, "estimated_path_m", path, kNoNumber);
+    const auto variance = run.covariance ? run.covariance->time_offset_variance : std::nullopt;
+    table.Row(run.policy, "time_offset_s", run.time_offset, variance ? std::sqrt(*variance) : kNoNumber);
+    if (!run.covariance || !run.covariance->extrinsic) continue;
+    const Transform& given = study.recording.calibration.T_B_C;
+    Vec6 moved;  // [δp, δθ], T_B_C's increment
+    moved << run.T_B_C.p - given.p, kDegrees * LogSO3(given.q.conjugate() * run.T_B_C.q);
+    const char* names[] = {"x_m", "y_m", "z_m", "x_deg", "y_deg", "z_deg"};
+    for (int i = 0; i < 6; ++i) {
+      const double sigma = std::sqrt((*run.covariance->extrinsic)(i, i));
+      table.Row(run.policy, std::string("extrinsic_moved_") + names[i], moved[i], i < 3 ? sigma : kDegrees * sigma);
+    }
+  }
+  return table;
+}
+
 CsvTable SegmentTable(const OdometryStudy& study) {
   CsvTable table("policy,segment,first_s,last_s,frames,ate_m,scale_error,yaw_error_deg");
   for (const OdometryRun& run : study.runs) {
@@ -133,6 +160,7 @@ OdometryStudy RunOdometryStudy(Recording recording, const std::function<void(con
   const auto& frames = study.recording.images;
   EstimatorOptions options = settings.estimator;
   options.calibration = study.recording.calibration;
+  options.report_covariance = options.estimate_extrinsic || options.estimate_time_offset;
   for (auto&& policy : settings.Policies()) {
     const std::string name = policy->Name();
     size_t image = 0, pictures = 0;
@@ -157,6 +185,7 @@ OdometryStudy RunOdometryStudy(Recording recording, const std::function<void(con
 void WriteOdometryTables(const OdometryStudy& study, const std::filesystem::path& csv) {
   FileBatch files;
   files.Add(csv / "odometry_policies.csv", PolicyTable(study).Text());
+  files.Add(csv / "odometry_results.csv", ResultTable(study).Text());
   files.Add(csv / "odometry_segments.csv", SegmentTable(study).Text());
   files.Add(csv / "odometry_path.csv", PathTable(study).Text());
   files.Add(csv / "odometry_windows.csv", WindowTable(study).Text());
@@ -186,7 +215,12 @@ void WriteOdometryTrajectories(const OdometryStudy& study, const std::filesystem
   std::set<std::filesystem::path> names;
   for (const OdometryRun& run : study.runs) {
     std::map<int, std::vector<StampedState>> segments{{0, {}}};  // the first file is there, though it be empty
-    for (const OdometrySegment& segment : run.segments) segments[segment.id] = segment.states;
+    for (const ImageResult& row : run.rows) {
+      if (!row.report.state) continue;
+      std::vector<StampedState>& states = segments[row.report.segment];
+      states.push_back(*row.report.state);
+      states.back().t = row.t;  // the image's own, by which a file can be joined with others
+    }
     for (const auto& [id, states] : segments) {
       const std::string name = run.policy + (id > 0 ? "_" + std::to_string(id) : "");
       files.Add(out / (name + ".tum"), FormatTum(states, study.recording.origin_ns));

@@ -42,12 +42,12 @@ OdometryStudy RunOdometryStudy(Recording recording,
                                const std::function<void(const std::string&, double)>& progress = nullptr,
                                const OdometrySettings& settings = {}, bool batch = false);
 
-/// Into `csv`: odometry_policies.csv, odometry_segments.csv, odometry_path.csv, odometry_windows.csv, odometry_matrices.csv,
+/// Into `csv`: odometry_policies.csv, odometry_results.csv, odometry_segments.csv, odometry_path.csv, odometry_windows.csv, odometry_matrices.csv,
 /// odometry_spectrum.csv, odometry_gauge.csv, odometry_warnings.csv and odometry_machine.csv; all or none.
 /// @throws WriteError
 void WriteOdometryTables(const OdometryStudy& study, const std::filesystem::path& csv);
 
-/// POLICY.tum and POLICY.csv (EuRoC's format) for each policy; what follows a restart is in files of its own, POLICY_1.tum,
+/// POLICY.tum and POLICY.csv (EuRoC's format) for each policy, stamped as the images are, whatever the time offset; what follows a restart is in files of its own, POLICY_1.tum,
 /// POLICY_1.csv and so on by its segment. Such files of an earlier run are removed.
 /// @throws WriteError
 void WriteOdometryTrajectories(const OdometryStudy& study, const std::filesystem::path& out);
