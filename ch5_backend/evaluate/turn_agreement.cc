@@ -296,8 +296,8 @@ std::optional<double> ClearDelay(const TurnAgreement& turns) {
   // 40 to 90 ms, with a gain of up to 1.07.
   constexpr double kGain = 0.05, kDelayOfGain = 0.04,
                    kMostGain = 0.5;  // two turns farther apart have nothing in common
-  // By chance a delay gains as much as one pair of images or five explain.
-  constexpr double kByChance = 10.0;
+  // By chance a delay gains up to 5/n of n pairs of images.
+  constexpr double kByChance = 6.0;
   // The best of a hundred places need not be a good one.
   constexpr double kFar = 0.2, kGood = 0.6;
   const double delay = std::abs(turns.delay), gain = LeftVariance(turns.as_given) / LeftVariance(turns.at_delay) - 1.0;

@@ -46,6 +46,7 @@ TEST(TurnAgreement, ALongDelayMustGainMore) {
   TurnAgreement turns;
   turns.as_given = std::sqrt(1.0 - 0.0424);
   turns.at_delay = std::sqrt(1.0 - 0.04);
+  turns.pairs = 1000.0;
   for (const double delay : {0.02, -0.02, 0.04, 0.06, -0.06, 0.2}) {
     turns.delay = delay;
     EXPECT_EQ(ClearDelay(turns).has_value(), std::abs(delay) < 0.05) << delay;
