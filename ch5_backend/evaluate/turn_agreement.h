@@ -35,9 +35,9 @@ Vec3 SpreadOfImageTurns(const Recording& recording);
 struct MeasuredNoise {
   double value, sigma;
 };
-/// Of an observation along an axis [px]: by the distances from the epipolar lines that are left between images 0.12 to 0.3 s apart, wild ones aside. What grows
-/// over longer times, as a track that creeps along an edge, is not in it.
-/// @return nullopt if too few images share more than ten points
+/// Of an observation along an axis [px]: by the distances from the epipolar lines that are left between images 0.12 to 0.3 s
+/// apart, without outliers. What grows over longer times, as a track that creeps along an edge, is not in it.
+/// @return nullopt if too few images share twelve points
 std::optional<MeasuredNoise> NoiseOfTracks(const Recording& recording);
 
 /// What a correlation leaves of the variance.

@@ -8,6 +8,7 @@ import contextlib
 import importlib.util
 import io
 import json
+import os
 import re
 import tempfile
 import unittest
@@ -102,6 +103,8 @@ class Evidence(unittest.TestCase):
                 self.assertTrue(any(mark in one for one in row["holds"]), (name, mark))
 
     def test_every_part_of_a_command_exists(self):
+        self.addCleanup(os.chdir, os.getcwd())
+        os.chdir(ROOT)  # where they are called
         for name, row in evidence.ROWS.items():
             for line in evidence.commands(row, typed=False):
                 program, *words = line.split()
