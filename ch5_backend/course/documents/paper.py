@@ -147,14 +147,14 @@ def what_is_wrong(one: Example, name: str, got: list) -> list:
 
 def laid_out(answer: tuple) -> str:
     rows, columns, numbers = answer
-    cells = [[shown([value]) for value in row] for row in numbers]
+    cells = [[shown(value) for value in row] for row in numbers]
     return aligned([["", *columns]] * bool(columns) + [[row, *line] for row, line in zip(rows or ("",), cells)], math.inf)
 
 
 def drawing(one: Example, say: Speaker) -> str:
-    of = [f"{shown([d])}, W = {shown([W])}".center(16) for _, _, d, W in one.edges]
+    of = [f"{shown(d)}, W = {shown(W)}".center(16) for _, _, d, W in one.edges]
     line = lambda left, landmark, right: f"     {left}{'─' * 15} l{landmark} {'─' * 15}{right}"
-    prior = say("paper.prior", x=shown([one.prior[0]]), W=shown([one.prior[1]]))
+    prior = say("paper.prior", x=shown(one.prior[0]), W=shown(one.prior[1]))
     return "\n".join(["", f"     {of[0]}    {of[1]}", line("┌", 0, "┐"), "     x0" + " " * 33 + "x1     " + prior,
                       line("└", 1, "┘"), f"     {of[2]}    {of[3]}", ""])
 

@@ -8,11 +8,10 @@ import sys
 from fractions import Fraction
 from pathlib import Path
 
-from ..base.errors import CourseError, warn
-from ..base.language import Speaker, fold, sentence, speaker
+from ..base.errors import warn
+from ..base.language import Speaker, fold, speaker
 from . import hint
-from .names import plain
-from .regions import STAGES, covers
+from .regions import STAGES
 
 NAME = "predictions.csv"  # question, numbers
 SECTION = re.compile(r"^##+ (?:Predict before you run|先预测，再运行)\n\n(.*?)\n\n<details>", re.MULTILINE | re.DOTALL)
@@ -42,8 +41,8 @@ def numbers_in(words: str):
         return None
 
 
-def shown(numbers: list) -> str:
-    return " ".join(f"{float(number):.6g}".replace("-", "−") for number in numbers)
+def shown(number) -> str:
+    return f"{float(number):.6g}".replace("-", "−")
 
 
 def read_row(prompt: str, count: int, say: Speaker) -> str:
@@ -55,9 +54,10 @@ def read_row(prompt: str, count: int, say: Speaker) -> str:
         print(say("predict.not_numbers", n=count))
 
 
-def kept(folder: Path, say: Speaker) -> dict:
-    """{question: as it was first predicted}. Lines that cannot be read are named; they stay in the file."""
-    path, found, counts = folder / NAME, {}, {name: len(right) for asked in QUESTIONS.values() for name, right in asked.items()}
+def kept(folder: Path) -> tuple:
+    """{question: as it was first predicted}, and [(number, text)] of the lines that cannot be read."""
+    path, found, unreadable = folder / NAME, {}, []
+    counts = {name: len(right) for asked in QUESTIONS.values() for name, right in asked.items()}
     if path.exists():
         with open(path, newline="", encoding="utf-8", errors="replace") as file:
             for number, row in enumerate(csv.reader(file), 1):
@@ -65,8 +65,8 @@ def kept(folder: Path, say: Speaker) -> dict:
                 if question in counts and len(numbers_in(words) or []) == counts[question]:
                     found.setdefault(question, words)
                 elif row:
-                    warn(say("predict.unreadable", file=path, line=number, words=",".join(row)))
-    return found
+                    unreadable.append((number, ",".join(row)))
+    return found, unreadable
 
 
 def asked_in(stage: dict, language: str) -> str:
@@ -74,43 +74,43 @@ def asked_in(stage: dict, language: str) -> str:
     return SECTION.search(hint.page(stage, language).read_text(encoding="utf-8"))[1]
 
 
-def predict(name: str, folder: Path, language: str) -> int:
-    """Asks what has not been predicted, of the stage or of the first one with such a question; 0 if nothing is left open, else
-    1. Raises CourseError(2)."""
+def predict(stages: list, folder: Path, language: str) -> int:
+    """Asks what has not been predicted of the first of these stages that has such a question; 0 if nothing of it is left open,
+    else 1."""
     say = speaker(language)
-    known = kept(folder, say)
-    named = [stage for stage in STAGES if (covers(plain(name).upper(), stage) if name else QUESTIONS[stage["id"]].keys() - known.keys())]
-    if name and not named:
-        raise CourseError(sentence("hint.unknown_stage", name=name, stages=", ".join(stage["id"] for stage in STAGES)))
-    for stage in named[:1]:
-        text = f"{stage['id']} · {say('title.' + stage['id'])}\n\n{asked_in(stage, language)}\n"
-        print(fold(text, shutil.get_terminal_size().columns) if sys.stdout.isatty() else text)
-        new = {}
-        try:
-            for question, right in QUESTIONS[stage["id"]].items():
-                if question in known:
-                    print(f"{say(question)}\n  {known[question]}")
-                elif words := read_row(f"{say(question)}\n  > ", len(right), say):
-                    new[question] = words
-        except EOFError:
-            print()
-        with open(folder / NAME, "a", newline="", encoding="utf-8") as file:
-            csv.writer(file, lineterminator="\n").writerows([question.partition(".")[2], words] for question, words in new.items())
-        print("\n" + say("predict.kept", file=NAME, command=f"./course check {stage['id']}"))
-        return int(bool(QUESTIONS[stage["id"]].keys() - known.keys() - new.keys()))
-    print(say("predict.all_kept", file=NAME))
-    return 0
+    known, unreadable = kept(folder)
+    for number, words in unreadable:
+        warn(say("predict.unreadable", file=folder / NAME, line=number, words=words))
+    due = [stage for stage in stages if QUESTIONS[stage["id"]].keys() - known.keys()]
+    if not due and stages == STAGES:
+        print(say("predict.all_kept", file=NAME))
+        return 0
+    stage, new = (due or stages)[0], {}
+    text = f"{stage['id']} · {say('title.' + stage['id'])}\n\n{asked_in(stage, language)}\n"
+    print(fold(text, shutil.get_terminal_size().columns) if sys.stdout.isatty() else text)
+    try:
+        for question, right in QUESTIONS[stage["id"]].items():
+            if question in known:
+                print(f"{say(question)}\n  {known[question]}")
+            elif words := read_row(f"{say(question)}\n  > ", len(right), say):
+                new[question] = words
+    except EOFError:
+        print()
+    with open(folder / NAME, "a", newline="", encoding="utf-8") as file:
+        csv.writer(file, lineterminator="\n").writerows([question.partition(".")[2], words] for question, words in new.items())
+    print("\n" + say("predict.kept", file=NAME, command=f"./course check {stage['id']}"))
+    return int(bool(QUESTIONS[stage["id"]].keys() - known.keys() - new.keys()))
 
 
 def compared(stage: dict, state: str, folder: Path, say: Speaker) -> list:
     """Lines below a verdict: of a stage that is right what was predicted, and of one that is not begun how to predict."""
-    known = kept(folder, say)
+    known, _ = kept(folder)
     if state == "not-started" and not QUESTIONS[stage["id"]].keys() & known.keys():
         return [say("predict.first", command=f"./course predict {stage['id']}")]
     lines = []
     for question, right in QUESTIONS[stage["id"]].items() if state == "right" else ():
         if question in known:
             good = all(map(is_near, numbers_in(known[question]), right))
-            told = say("predict.came_true") if good else say("predict.came_otherwise", right=shown(right))
+            told = say("predict.came_true") if good else say("predict.came_otherwise", right=" ".join(map(shown, right)))
             lines.append(f"{'✓' if good else '✗'} {say(question)} {known[question]}{told}")
     return lines
