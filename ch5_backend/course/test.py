@@ -21,8 +21,7 @@ def test(names: list, quick: bool, nightly: bool, extra: list) -> int:
     build_or_fail()
     results = BUILD / "ctest.xml"
     results.unlink(missing_ok=True)
-    at_once = str(CORES + 1)  # a test waits for a process or a clock a seventh of its time
-    command = ["ctest", "--test-dir", str(BUILD), "-j", at_once, "--output-on-failure", "--no-tests=error",
+    command = ["ctest", "--test-dir", str(BUILD), "-j", str(CORES), "--output-on-failure", "--no-tests=error",
                "--output-junit", str(results), "--test-output-size-passed", "100000"]
     if names:
         command += ["-R", "|".join(names)]
