@@ -22,6 +22,7 @@ ACTIONS = {  # its module, and the function of it that does it
     "hint": (".homework.hint", lambda module, given: module.show(given.stage, given.number, given.language)),
     "predict": (".homework.check", lambda module, given: module.predict(module.select([given.stage] if given.stage else []), module.folder(),
                                                                         given.language)),
+    "refute": (".experiments.refute", lambda module, given: module.refute(given.number, given.out, given.language)),
     "paper": (".documents.paper", lambda module, given: module.paper(given.seed, given.sheet, given.out, given.language)),
     "deep": (".homework.make_skeleton", lambda module, given: module.deepen(given.off, given.bare, given.language)),
     "reset": (".homework.make_skeleton", lambda module, given: module.reset(given.files, given.language)),

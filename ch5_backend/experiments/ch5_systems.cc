@@ -9,6 +9,7 @@ int main(int argc, char** argv) {
                          "Recordings and pose graphs are read from DIR.\n",
                          {{"ablation", AblationTable},
                           {"ablation_recording", AblationRecordingTable},
+                          {"certainty", CertaintyTable},
                           {"consistency_recording", ConsistencyRecordingTable},
                           {"first_estimates", FirstEstimatesTable},
                           {"walk_scale", WalkScaleTable},

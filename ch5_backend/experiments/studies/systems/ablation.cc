@@ -190,6 +190,22 @@ CsvTable AblationTable(int trial, const std::filesystem::path&) {
   return table;
 }
 
+CsvTable CertaintyTable(int trial, const std::filesystem::path&) {
+  CsvTable table("trial,observations,hosts,weights,nees");
+  const Recording recording = ConsistencyFlight({}, trial);
+  const DrawnStart start = DrawStart(recording.truth.front(), trial);
+  for (const char* hosts : {"exact", "noisy", "published"}) {
+    for (const char* observations : {"once", "twice"}) {
+      const ConsistencyCase c{"vins", observations, hosts, "none"};
+      const EstimatorOptions options = ConsistencyEstimator(c, recording.calibration);
+      const bool published = c.hosts == "published";
+      table.Row(trial, observations, published ? "exact" : hosts, published ? "published" : "as simulated",
+                Fly(recording, options, ConsistencyPolicy(c), &start).nees_world);
+    }
+  }
+  return table;
+}
+
 CsvTable AblationRecordingTable(int trial, const std::filesystem::path& data) {
   CsvTable table = EmptyTable();
   const Recording recording = ReadRecording(data / "euroc_v1_01_easy");

@@ -10,6 +10,9 @@ namespace ch5 {
 CsvTable AblationTable(int trial, const std::filesystem::path&);
 /// … and on EuRoC's V1_01.
 CsvTable AblationRecordingTable(int trial, const std::filesystem::path& data);
+/// VINS-Mono's window with observations used once and twice, hosts exact and noisy, weights as simulated and as published:
+/// NEES of the newest pose. ./course refute asks which of the three makes it large.
+CsvTable CertaintyTable(int trial, const std::filesystem::path&);
 /// Observability constraints for no edge, marginalized edges or all, and other noise than the default's: error, NEES of the
 /// motion across the window and its parts, the prior's leak of yaw. Trial 0 is EuRoC's V1_01, 1 Tango's walk, others are
 /// simulated.
