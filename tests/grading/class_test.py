@@ -20,7 +20,7 @@ from ch5_backend.course.grading.rubric import read_rubric
 from ch5_backend.course.grading.sandbox import Unguarded
 from ch5_backend.course.homework.samples import source
 from tests.homework.samples import all_samples
-from tests.grading.languages_test import english_in, row, words_of
+from tests.grading.languages_test import CHINESE, ENGLISH, english_in, row, words_of
 
 POINTS = {"1.1": 12, "1.2": 14}
 STAGE = {stage["id"]: stage for stage in STAGES}
@@ -268,6 +268,12 @@ class Command(InAFolder):
         code, score, told = run("--class", str(self.sheet("id,name", "7,Ada")), "--stages", "1.1,1.2")
         self.assertEqual((code, score), (1, ""), "half of it is no mark")
         self.assertIn("stage 1.2 was not judged; name this submission again", told)
+        for say in (ENGLISH, CHINESE):
+            told = run("--class", str(self.path), "--stages", "1.1,1.2", "--language", say.language)[2]
+            self.assertIn(say("grade.stages_lacking", stages="1.2"), told)
+            self.assertEqual(words_of(out / file.name / "feedback.html").strip().split("\n")[-1], say("grade.partly_judged"))
+            self.assertNotIn(say("grade.grader_failed"), (out / file.name / "results.json").read_text(encoding="utf-8"))
+        self.assertEqual(run("--class", str(self.path))[1], "12", "a re-marking is of the stages that were judged")
         self.assertEqual([run(str(file), "--stages", names)[:2] for names in ("1.2", "1.1,1.2", "1.1")], [(0, "14"), (0, "26"), (0, "12")])
         self.assertEqual(asked, [["1.1"], ["1.2"]], "each was judged once")
 

@@ -142,7 +142,7 @@ class FromTheTableToThePage(FolderTest):
 
     def grade(self, *words) -> None:
         with redirect_stdout(Terminal()):
-            self.assertEqual(main(["grade", *map(str, words), "--stages", "2", "--out", str(self.folder / "out"), "--language", "en"]), 0)
+            self.assertEqual(main(["grade", *map(str, words), "--out", str(self.folder / "out"), "--language", "en"]), 0)
 
     def pages(self) -> list:
         return [words_of(self.folder / "out" / name / "feedback.html") for name in ("jane", "joe")]
@@ -156,7 +156,7 @@ class FromTheTableToThePage(FolderTest):
             for name in ("jane", "joe"):
                 (self.folder / name).mkdir()
                 (self.folder / name / "problem.cc").write_text(f"{source('problem.cc', corner.code)}// {name}\n", encoding="utf-8")
-            self.grade(self.folder / "jane", self.folder / "joe")
+            self.grade(self.folder / "jane", self.folder / "joe", "--stages", "2")
             row, = csv.DictReader((self.folder / "out" / "unnamed.csv").read_text(encoding="utf-8").splitlines())
             self.assertEqual((row["students"], row["stage"]), ("2", "2"))
             self.assertIn("Arr(0, 0) += 0.123;", row["lines"])

@@ -286,7 +286,13 @@ def doubts_about(record: dict) -> list:
     """Why a submission gives no whole mark."""
     if record["status"] == "graded":
         return []
-    return record.get("unread") or [sentence("grade.not_judged", reason={"quoted": str(record.get("error", record["status"]))})]
+    return record.get("unread") or [why_not_judged(record)]
+
+
+def why_not_judged(record: dict) -> dict:
+    """A fault of ours, in its own words, or a sentence."""
+    why = record.get("error", record["status"])
+    return sentence("grade.not_judged", reason=why if isinstance(why, dict) else {"quoted": why})
 
 
 def time_of(student: Student, record: dict) -> tuple:

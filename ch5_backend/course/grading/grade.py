@@ -16,7 +16,7 @@ from ..homework.check import select
 from ..homework.diagnosis import because, cause_of, said_in
 from ..homework.regions import STAGES
 from ..base.errors import CourseError, warn
-from ..base.language import Speaker, speaker
+from ..base.language import Speaker, sentence, speaker
 from ..base.output_dir import locked_dir, made_dir
 from ..base.progress import Progress, duration
 from . import classbook, gradebooks, likeness, outputs, pages, rename, summary
@@ -36,7 +36,9 @@ def run_grade(arguments) -> int:
     """Grades what has no record yet, then marks all records and writes the class's tables; 0, or 1 if somebody who has handed
     something in has no mark."""
     refuse(arguments)
-    stages, rubric = select(arguments.stages), read_rubric()
+    out, say = Path(arguments.out or "out/grades"), speaker(arguments.language)
+    asked = arguments.stages or arguments.submissions or arguments.list
+    stages, rubric = select(arguments.stages) if asked else judged_in(out, say), read_rubric()
     points = {stage["id"]: sum(rubric.get(stage["id"], {}).values()) for stage in stages}
     book = the_class(arguments, points)
     lacking = [stage["id"] for stage in stages if stage["id"] not in rubric]
@@ -52,7 +54,6 @@ def run_grade(arguments) -> int:
         ready_toolchain(box)
         print(f"ready: the sandbox, {box.name}, holds, and the compilers work in it")
         return 0
-    out, say = Path(arguments.out or "out/grades"), speaker(arguments.language)
     with made_dir(out) if arguments.shard else locked_dir(out):  # shards may work side by side
         toolchain = ready_toolchain(box) if submissions or arguments.rename else None
         if arguments.rename:
@@ -91,7 +92,7 @@ def look_at(records: list, book, marks: list, lost: list, points: dict, say: Spe
     """[(who, why)] of all that is no mark yet, or one that is not certain: a human looks there first."""
     unread = lambda record: " ".join(say("grade.fault", fault=fault) for fault in record.get("unread", ()))
     found = [(name, say.text(why)) for name, why in lost]
-    found += [(record["name"], say("grade.not_judged", reason={"quoted": record["error"]})) for record in records if "error" in record]
+    found += [(record["name"], say.text(classbook.why_not_judged(record))) for record in records if "error" in record]
     found += [(record["name"], unread(record)) for record in records if record["status"] == "not-read"]
     found += [(record["name"], say("grade.partly_read") + " " + unread(record)) for record in records
               if record["status"] == "graded" and record.get("unread")]
@@ -240,8 +241,14 @@ def limit_to(record: dict, stages: list) -> dict:
         record["status"] = "graded" if all(row["state"] != "unread" for row in record["stages"]) else "not-read"
         if lacking:
             record.update(status="not-judged")
-            record.setdefault("error", f"stage {', '.join(stage for stage in asked if stage in lacking)} was not judged; name this submission again")
+            record.setdefault("error", sentence("grade.stages_lacking", stages=", ".join(stage for stage in asked if stage in lacking)))
     return record
+
+
+def judged_in(out: Path, say: Speaker) -> list:
+    """The stages that any record has: a class that was never asked for the others lacks none of them. All where there is no record."""
+    judged = {row["id"] for path in out.glob("*/") if (record := read_record(path, say)) for row in record["stages"]}
+    return [stage for stage in STAGES if stage["id"] in judged] or STAGES
 
 
 def read_records(out: Path, stages: list, rubric: dict, say: Speaker) -> list:

@@ -35,7 +35,7 @@ def write_feedback(folder: Path, record: dict, say: Speaker, marks=()) -> None:
     """`marks` are those of a class for which this submission counts."""
     body = [element("h1", record["name"])]
     if record["status"] not in ("graded", "not-read"):
-        body.append(paragraph(say("grade.grader_failed_page")))
+        body.append(paragraph(say("grade.partly_judged" if record["status"] == "not-judged" else "grade.grader_failed_page")))
     else:
         replay = say("grade.replay", n=record["seed"])
         points = say("grade.points_in_all", n=f"{record['score']:g}", m=f"{record['points']:g}")

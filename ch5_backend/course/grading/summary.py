@@ -66,7 +66,7 @@ def write(out: Path, records: list, points: dict, book, marks: list, looked_at: 
 def notes(records: list, book, marks: list, say: Speaker) -> list:
     """What a reader must know before the numbers."""
     lines = []
-    if failed := [record["name"] for record in records if record["status"] not in ("graded", "not-read")]:
+    if failed := [record["name"] for record in records if record["status"] == "infrastructure-error"]:
         lines.append(say("grade.not_graded", names=say("grade.list").join(failed)))
     if late := {record["name"]: row["diagnosis"]["cause"]["n"] for record in records for row in record["stages"]
                 if cause_of(row["diagnosis"]) == OUT_OF_TIME}:
