@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
 """Judges mutants (mutants.py) as ./course grade judges a submission: python3 -m tests.grading.kill [PATTERN…], of ids: regular expressions.
 
-It resumes: what has been killed before is not judged again. A mutant is killed if no seed lets it pass. The last line is for
+It judges them in an order shuffled by seed SHUFFLE, so that the part of a run that was stopped is a sample of all stages, and
+resumes: what has been killed before is not judged again. A mutant is killed if no seed lets it pass. The last line is for
 MUTANTS.md. Exit code 0 if that explains all that survive.
 """
 
 import json
+import random
 import re
 import sys
 from collections import Counter
@@ -19,9 +21,11 @@ from ch5_backend.course.base.cmake_build import BUILD, CORES
 from ch5_backend.course.base.language import speaker
 from ch5_backend.course.homework.diagnosis import in_short
 from ch5_backend.course.base.progress import Progress, duration
+from ch5_backend.figures.atomic_write import write_whole
 
 KNOWN = BUILD / "mutants.json"
 PAGE = Path(__file__).with_name("MUTANTS.md")
+SHUFFLE = 54
 EQUIVALENT = re.compile(r"^\| (\S+:\d+:\w+:\d+) \| `(.*)` \| (.*) \|$", re.MULTILINE)
 KILLED = ("wrong", "crashes", "times-out")
 
@@ -40,13 +44,13 @@ def judge(grader: Grader, mutant: Mutant, seeds=SEEDS) -> dict:
 
 
 def judge_all(mutants: list, known: dict) -> None:
-    """Adds what is found to `known`, and keeps it from one run to the next."""
+    """Adds what is found to `known`, and keeps it from one run to the next, whole also if it is killed while it writes."""
     grader, begin = Grader(), None
     with Progress("mutants") as progress, ThreadPoolExecutor(CORES) as pool:
         futures = {pool.submit(judge, grader, mutant): mutant for mutant in mutants}
         for done, future in enumerate(as_completed(futures), 1):
             known[futures[future].id] = future.result()
-            KNOWN.write_text(json.dumps(known, ensure_ascii=False, indent=0), encoding="utf-8")
+            write_whole(KNOWN, json.dumps(known, ensure_ascii=False, indent=0))
             begin = begin or progress.clock()
             left = (progress.clock() - begin) / done * (len(mutants) - done)
             progress.step(f"{done} of {len(mutants)}, about {duration(left)} left", in_pipes=True)
@@ -76,6 +80,7 @@ def totals(mutants: list, known: dict, equivalents: dict) -> str:
 
 def main() -> int:
     mutants, equivalents, patterns = all_mutants(), read_equivalents(), sys.argv[1:]
+    random.Random(SHUFFLE).shuffle(mutants)
     known = json.loads(KNOWN.read_text(encoding="utf-8")) if KNOWN.exists() else {}
     chosen = [one for one in mutants if not patterns or any(re.search(pattern, one.id) for pattern in patterns)]
     judge_all([one for one in chosen if verdict_on(one, known, equivalents) in ("survives", "not judged")], known)
