@@ -237,9 +237,9 @@ class Command(InAFolder):
         self.assertEqual(code, 1, errors)
         with open(out / "students.csv", encoding="utf-8-sig", newline="") as file:
             self.assertEqual([(row["name"], row["total"], row["submission"]) for row in csv.DictReader(file)],
-                             [("Ada", "21", "hw_7"), ("Bob", "", "")])
+                             [("Ada", "19", "hw_7"), ("Bob", "", "")])
         self.assertTrue((out / "canvas.csv").exists() and (out / "moodle.csv").exists())
-        self.assertRegex(words_of(out / "hw_7" / "feedback.html"), r"(?s)stage 1.2, changed by hand: an oral\s+9\s+total\s+21")
+        self.assertRegex(words_of(out / "hw_7" / "feedback.html"), r"(?s)stage 1.2, changed by hand: an oral\s+9\s+total\s+19")
         rubric = {**read_rubric(), "1.1": {check: 3 for check in read_rubric()["1.1"]}}
         words[1:3] = []
         code, _, errors = run(grade=None, ready_toolchain=None, read_rubric=lambda: rubric)  # nothing is named, built or judged
@@ -264,7 +264,7 @@ class Command(InAFolder):
                 code = main(["grade", *words, "--out", str(out)])
             with open(out / "grades.csv", encoding="utf-8", newline="") as table:
                 return code, next(csv.DictReader(table))["score"], errors.getvalue()
-        self.assertEqual(run(str(file), "--stages", "1.1")[:2], (0, "12"))
+        self.assertEqual(run(str(file), "--stages", "1.1")[:2], (0, "10"))
         code, score, told = run("--class", str(self.sheet("id,name", "7,Ada")), "--stages", "1.1,1.2")
         self.assertEqual((code, score), (1, ""), "half of it is no mark")
         self.assertIn("stage 1.2 was not judged; name this submission again", told)
@@ -273,8 +273,8 @@ class Command(InAFolder):
             self.assertIn(say("grade.stages_lacking", stages="1.2"), told)
             self.assertEqual(words_of(out / file.name / "feedback.html").strip().split("\n")[-1], say("grade.partly_judged"))
             self.assertNotIn(say("grade.grader_failed"), (out / file.name / "results.json").read_text(encoding="utf-8"))
-        self.assertEqual(run("--class", str(self.path))[1], "12", "a re-marking is of the stages that were judged")
-        self.assertEqual([run(str(file), "--stages", names)[:2] for names in ("1.2", "1.1,1.2", "1.1")], [(0, "14"), (0, "26"), (0, "12")])
+        self.assertEqual(run("--class", str(self.path))[1], "10", "a re-marking is of the stages that were judged")
+        self.assertEqual([run(str(file), "--stages", names)[:2] for names in ("1.2", "1.1,1.2", "1.1")], [(0, "12"), (0, "22"), (0, "10")])
         self.assertEqual(asked, [["1.1"], ["1.2"]], "each was judged once")
 
     def test_wrong_words_are_refused_before_anything_is_graded(self):
