@@ -126,6 +126,24 @@ double OnTheDiagonal(const MatXX& A, double zero) {
   return all && often && LargestEntry(A - MatXX(diagonal.asDiagonal())) <= zero ? x : 0.0;
 }
 
+// Of a vector whose wrong entries are right ones of other places: where the first belongs. Nothing if that is not certain.
+Text BelongsElsewhere(const Claim& claim) {
+  if (claim.got.cols() != 1) return {};
+  const VecX got = claim.got, expected = claim.expected;
+  Text first;
+  for (Eigen::Index i = 0; i < got.size(); ++i) {
+    if (std::abs(got[i] - expected[i]) <= claim.Allowed()) continue;
+    const VecX distance = (expected.array() - got[i]).abs();
+    Eigen::Index j = 0;
+    distance.minCoeff(&j);
+    if ((distance.array() <= 1e-9 * std::abs(got[i])).count() != 1) return {};
+    if (first.empty()) first = {"matrix.entry_belongs_elsewhere", {{"i", Word(i)}, {"j", Word(j)}}};
+  }
+  return first;
+}
+
+bool IsHalfOrWhole(double k) { return std::abs(2.0 * k - std::round(2.0 * k)) < 1e-6; }
+
 // Which simple change of the whole matrix explains it; empty if none does.
 Text SymptomOfTheWhole(const Claim& claim) {
   const MatXX &got = claim.got, &expected = claim.expected;
@@ -158,7 +176,10 @@ Text SymptomOfTheWhole(const Claim& claim) {
   const MatXX wrong_got = wrong.select(got, 0.0), meant = wrong.select(expected, 0.0);
   if (wrong_got.isZero(0.0)) return "matrix.wrong_entries_are_zero";
   const double k_wrong = Ratio(wrong_got, meant);  // not finite where zeros are meant
-  if (std::isfinite(k_wrong) && wrong.count() > 1) return {"matrix.wrong_entries_factor", {{"k", Word(k_wrong)}}};
+  if (std::isfinite(k_wrong) && (wrong.count() > 1 || IsHalfOrWhole(k_wrong) || IsHalfOrWhole(1.0 / k_wrong))) {
+    return {"matrix.wrong_entries_factor", {{"k", Word(k_wrong)}}};
+  }
+  if (const Text elsewhere = BelongsElsewhere(claim); !elsewhere.empty()) return elsewhere;
   if (SameNumbersElsewhere(got, expected, kMistakeMatch)) return "matrix.wrong_places";
   return {};
 }

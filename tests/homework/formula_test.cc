@@ -93,6 +93,24 @@ TEST(Formula, NamesSlipsInProductsOfInverses) {
   EXPECT_EQ(named(y, C * B.inverse()), R"~({"id": "formula.stands_for", "this": "C B⁻¹", "that": "A⁻¹ C"})~");
 }
 
+TEST(Formula, NamesWhatIsUsedForTooMuch) {
+  const MatXX J = Numbers(3, 3, 0.8), e = Numbers(3, 1, 0.1), x = Numbers(3, 1, 1.9), A = Numbers(3, 2, 0.5);
+  const auto named = [](const Formula& formula, const MatXX& got) {
+    const auto found = FindSlip(formula, got, [&](const MatXX& answer) { return Equal(got, answer, 1e-9); });
+    return found ? found->cause.Json() : "";
+  };
+  EXPECT_EQ(named({Matrix("e", e) + Matrix("J", J) * Matrix("x", x)}, J * (e + x)),
+            R"~({"id": "formula.multiplies_all", "this": "J", "that": "e + J x"})~");
+  EXPECT_EQ(named({Matrix("J", J) * Matrix("A", A), {Matrix("x", x)}}, x * MatXX::Constant(1, 2, 0.7)),
+            R"~({"id": "formula.multiples_of", "this": "x", "that": "J A"})~");
+  MatXX D = MatXX::Zero(4, 4), first = D;
+  for (int k = 0; k < 4; k += 2) D.block(k, k, 2, 2) = (k + 2.0) * MatXX::Identity(2, 2) + MatXX::Constant(2, 2, 0.3);
+  const MatXX inverse = D.inverse(), B = Numbers(4, 1, 0.7);
+  for (int k = 0; k < 4; k += 2) first.block(k, k, 2, 2) = inverse.block(0, 0, 2, 2);
+  EXPECT_EQ(named({Inverse(Matrix("D", D), {2, 2}) * Matrix("B", B)}, first * B),
+            R"~({"id": "formula.one_block_for_all", "n": "0", "matrix": "D⁻¹"})~");
+}
+
 TEST(Formula, NamesNothingElse) {
   const Solved s;
   EXPECT_EQ(s.Named(Value(s.y.right) + 1e-3 * Numbers(3, 1, 7.0)), "");
@@ -123,6 +141,27 @@ TEST(Formula, NamesASlipInALoop) {
   EXPECT_EQ(named(assembled(1.0, 1.0)), R"~({"id": "formula.missing_in", "this": "W", "product": "Jᵀ W J"})~");
   EXPECT_EQ(named(assembled(0.0, 3.0)),
             R"~({"id": "formula.shares_missing", "kind": {"id": "a.first"}, "matrix": "H"})~");
+
+  MatXX twice = Value(H.right);
+  twice.topRightCorner(2, 2) += Value(shares[0].x);
+  EXPECT_EQ(named(twice), R"~({"id": "formula.stands_there_too", "this": "Jᵀ W J", "i": "0", "j": "1"})~");
+
+  for (size_t k = 0; k < 3; ++k) {
+    if (k == 2) shares.push_back({Matrix("more", Numbers(3, 3, 0.2)), {0, 0}});
+    shares[k].kinds.clear();
+    shares[k].turns = {{"a.loop", k, 3}};
+  }
+  const Formula in_turns{Assembly("H", 3, 3, shares)};
+  const auto turn = [&](size_t k) { return Value(Assembly("H", 3, 3, {shares[k]})); };
+  for (const auto& [id, got] : {std::pair<const char*, MatXX>{"formula.loop_ends_at_once", turn(0)},
+                                {"formula.loop_begins_late", turn(1) + turn(2)},
+                                {"formula.loop_ends_early", turn(0) + turn(1)},
+                                {"formula.loop_keeps_last", turn(2)}}) {
+    const MatXX answer = got;
+    const auto found = FindSlip(in_turns, answer, [&](const MatXX& one) { return Equal(answer, one, 1e-9); });
+    ASSERT_TRUE(found) << id;
+    EXPECT_EQ(found->cause.Json(), std::string(R"({"id": ")") + id + R"(", "loop": {"id": "a.loop"}})");
+  }
 }
 
 }  // namespace

@@ -78,6 +78,11 @@ struct Share {
   };
   std::vector<Elsewhere> elsewhere = {};  ///< where it may be added by mistake; outside of the matrix: not at all
   bool assigned = false;                  ///< = for +=
+  struct Turn {
+    Text loop;
+    size_t number, count;
+  };
+  std::vector<Turn> turns = {};  ///< of the loops that it is added in, which the shares of one assembly have in common
 };
 
 /// What may be taken for a node by mistake, and the sentence about it; without one the two names are said.

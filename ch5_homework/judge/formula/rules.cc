@@ -107,6 +107,23 @@ void BracketsMissing(const View& v) {
   }
 }
 
+/// A (a + c) or (a + A) c for a + A c.
+void BracketsTooMany(const View& v) {
+  if (v.x->kind != Kind::kSum || v.x->parts.size() < 2) return;
+  for (size_t k = 0; k < v.x->parts.size(); ++k) {
+    const Expression& term = v.x->parts[k];
+    for (size_t first = 1; term->kind == Kind::kProduct && first < term->parts.size(); ++first) {
+      const Expression before = Run(term, 0, first), behind = Run(term, first, term->parts.size() - first);
+      const auto bracket = [&](const Expression& own) { return Sum(Replaced(v.x->parts, k, 1, {own}), v.x->factors); };
+      const auto report = [&](const Expression& outside, const Expression& instead) {
+        v.report(Say("formula.multiplies_all", {{"this", NameOf(outside)}, {"that", NameOf(v.x)}}), instead);
+      };
+      report(before, Product({before, bracket(behind)}));
+      report(behind, Product({bracket(before), behind}));
+    }
+  }
+}
+
 // ---- products --------------------------------------------------------------------------------------------------------
 
 /// One factor, or several in a row.
@@ -257,6 +274,22 @@ void InverseOfSingular(const View& v) {
   v.report(Say("formula.inverse_of_singular", {{"matrix", NameOf(v.x->parts[0])}}), nullptr);
 }
 
+/// Of an inverse that is made block by block, the first or the last block for all.
+void InverseOfOneBlock(const View& v) {
+  const std::vector<int>& sizes = v.x->sizes;
+  if (v.x->kind != Kind::kInverse || sizes.size() < 2 || !TryValue(v.x)) return;
+  const Index size = sizes[0], last = static_cast<Index>(sizes.size()) - 1;
+  if (!std::all_of(sizes.begin(), sizes.end(), [&](int other) { return other == size; })) return;
+  const std::string name = FactorName(v.x);
+  for (const Index number : {Index{0}, last}) {
+    MatXX inverse = *TryValue(v.x);
+    const MatXX block = inverse.block(number * size, number * size, size, size);
+    for (Index k = 0; k <= last; ++k) inverse.block(k * size, k * size, size, size) = block;
+    v.report(Say("formula.one_block_for_all", {{"n", std::to_string(number)}, {"matrix", name}}),
+             Matrix(name, inverse));
+  }
+}
+
 /// (H⁻¹)_mm for (H_mm)⁻¹.
 void BlockOfTheInverse(const View& v) {
   if (v.x->kind != Kind::kInverse || !v.x->parts[0]->source) return;
@@ -321,16 +354,30 @@ void TermsOfOtherCounts(const View& v) {
   }
 }
 
+/// Of a product with a vector, that vector times numbers: v ωᵀ for [v] ω.
+void MultiplesOfAVector(const View& v) {
+  if (!v.is_whole || !TryValue(v.x) || !v.got.allFinite() || v.got.rows() < 3) return;
+  for (const Expression& other : v.named) {
+    const auto& a = TryValue(other);
+    if (!a || a->cols() != 1 || a->rows() != v.got.rows() || a->isZero(0.0)) continue;
+    const auto along = [&](const MatXX& A) { return MatXX(*a * (a->transpose() * A) / a->squaredNorm()); };
+    if (along(*TryValue(v.x)).isApprox(*TryValue(v.x), 1e-6)) continue;  // so is what is right
+    v.report(Say("formula.multiples_of", {{"this", NameOf(other)}, {"that", NameOf(v.x)}}),
+             Matrix(NameOf(other), along(v.got)));
+  }
+}
+
 // ---- the table -------------------------------------------------------------------------------------------------------
 
 const std::vector<Rule>& Rules() {
   static const std::vector<Rule> rules{
-      &PartZero,           &InverseOfSingular, &TermOfOtherSign, &TermMissing,          &FactorMissing,
-      &BracketsMissing,    &InverseForgotten,  &FactorTwice,     &InverseOfOneKindOnly, &AnotherSource,
-      &TransposeForgotten, &AnotherForIt,      &Transposed,      &FactorsTransposed,    &FactorsInAnotherOrder,
-      &InverseOfAnother,   &DirectionsCut,     &OnlyDiagonal,    &OnlyTriangle,         &PartsOfATerm,
-      &PartsOfABlock,      &RootOfInverse,     &Inverted,        &BlockOfTheInverse,    &AnotherPlace,
-      &MultipleOfIAdded,   &SharesElsewhere,   &SharesOfAKind,   &FactorTooMany,        &TermsOfOtherCounts};
+      &PartZero,          &InverseOfSingular,     &TermOfOtherSign,    &TermMissing,        &FactorMissing,
+      &BracketsMissing,   &BracketsTooMany,       &InverseForgotten,   &FactorTwice,        &InverseOfOneKindOnly,
+      &AnotherSource,     &InverseOfOneBlock,     &TransposeForgotten, &AnotherForIt,       &Transposed,
+      &FactorsTransposed, &FactorsInAnotherOrder, &InverseOfAnother,   &DirectionsCut,      &OnlyDiagonal,
+      &OnlyTriangle,      &PartsOfATerm,          &PartsOfABlock,      &RootOfInverse,      &Inverted,
+      &BlockOfTheInverse, &AnotherPlace,          &MultipleOfIAdded,   &TurnsOfALoop,       &SharesElsewhere,
+      &SharesOfAKind,     &FactorTooMany,         &TermsOfOtherCounts, &MultiplesOfAVector, &ShareTooMany};
   return rules;
 }
 

@@ -41,6 +41,7 @@ const std::vector<Rule>& Rules();
 void TermMissing(const View& v);
 void TermOfOtherSign(const View& v);
 void BracketsMissing(const View& v);
+void BracketsTooMany(const View& v);
 void FactorMissing(const View& v);
 void FactorTwice(const View& v);
 void FactorTooMany(const View& v);
@@ -53,8 +54,10 @@ void DirectionsCut(const View& v);
 void MultipleOfIAdded(const View& v);
 void InverseOfAnother(const View& v);
 void InverseOfSingular(const View& v);
+void InverseOfOneBlock(const View& v);
 void BlockOfTheInverse(const View& v);
 void TermsOfOtherCounts(const View& v);
+void MultiplesOfAVector(const View& v);
 // rules_of_blocks.cc
 void AnotherForIt(const View& v);
 void TransposeForgotten(const View& v);
@@ -68,8 +71,10 @@ void PartZero(const View& v);
 void AnotherSource(const View& v);
 void AnotherPlace(const View& v);
 // rules_of_loops.cc
+void TurnsOfALoop(const View& v);
 void SharesOfAKind(const View& v);
 void SharesElsewhere(const View& v);
+void ShareTooMany(const View& v);
 
 // ---- what rules and the search have in common ------------------------------------------------------------------------
 

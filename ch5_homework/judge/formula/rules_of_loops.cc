@@ -48,6 +48,26 @@ static Expression WithShares(const Expression& x, const Text* kind, const Change
   return WrittenAt(todos.size() == 1 ? *todos.begin() : "", Assembly(x->name, x->rows, x->columns, std::move(shares)));
 }
 
+/// A loop that ends too early or begins too late, or keeps what its last turn has.
+void TurnsOfALoop(const View& v) {
+  if (v.x->kind != Kind::kAssembly) return;
+  size_t loops = 0;
+  for (const Share& share : v.x->shares) loops = std::max(loops, share.turns.size());
+  for (size_t k = 0; k < loops; ++k) {
+    const auto at =
+        std::find_if(v.x->shares.begin(), v.x->shares.end(), [=](const Share& s) { return s.turns.size() > k; });
+    const auto report = [&](const char* id, bool (*stays)(const Share::Turn& turn)) {
+      v.report({id, {{"loop", at->turns[k].loop}}}, WithShares(v.x, nullptr, [&](bool, Share* share) {
+                 return share->turns.size() <= k || stays(share->turns[k]);
+               }));
+    };
+    report("formula.loop_ends_at_once", [](const Share::Turn& turn) { return turn.number == 0; });
+    report("formula.loop_begins_late", [](const Share::Turn& turn) { return turn.number > 0; });
+    report("formula.loop_ends_early", [](const Share::Turn& turn) { return turn.number + 1 < turn.count; });
+    report("formula.loop_keeps_last", [](const Share::Turn& turn) { return turn.number + 1 == turn.count; });
+  }
+}
+
 void SharesOfAKind(const View& v) {
   if (v.x->kind != Kind::kAssembly) return;
   const Text matrix = Word(v.x->name);
@@ -110,6 +130,39 @@ void SharesElsewhere(const View& v) {
     v.report(name, WithShares(v.x, nullptr, move));
     for (const Text& kind : kinds) {
       v.report({"formula.in_kind", {{"kind", kind}, {"cause", name}}}, WithShares(v.x, &kind, move));
+    }
+  }
+}
+
+/// The block of one share, added or put where it does not belong, and all else is right.
+void ShareTooMany(const View& v) {
+  const auto& right = TryValue(v.x);
+  if (v.x->kind != Kind::kAssembly || !v.is_whole || !right || !v.got.allFinite()) return;
+  if (right->rows() != v.got.rows() || right->cols() != v.got.cols()) return;
+  const MatXX more = v.got - *right;
+  const double zero = 1e-9 * right->cwiseAbs().maxCoeff();
+  std::vector<Index> rows, columns;  // that have wrong numbers
+  for (Index i = 0; i < more.rows(); ++i) {
+    if (more.row(i).cwiseAbs().maxCoeff() > zero) rows.push_back(i);
+  }
+  for (Index j = 0; j < more.cols(); ++j) {
+    if (more.col(j).cwiseAbs().maxCoeff() > zero) columns.push_back(j);
+  }
+  if (rows.empty()) return;
+  for (const Share& share : v.x->shares) {
+    const MatXX& A = Value(share.x);
+    if ((A.array() != 0.0).count() < 3) continue;  // a number or two may be anything
+    for (Index i = std::max<Index>(0, rows.back() + 1 - A.rows()); i <= rows[0] && i + A.rows() <= more.rows(); ++i) {
+      for (Index j = std::max<Index>(0, columns.back() + 1 - A.cols()); j <= columns[0] && j + A.cols() <= more.cols();
+           ++j) {
+        const auto is_A = [&](const MatXX& B) {
+          return (B.block(i, j, A.rows(), A.cols()) - A).cwiseAbs().maxCoeff() <= zero;
+        };
+        if (!is_A(v.got) && !is_A(more)) continue;
+        v.report(Say("formula.stands_there_too",
+                     {{"this", NameOf(share.x)}, {"i", std::to_string(i)}, {"j", std::to_string(j)}}),
+                 Matrix(v.x->name, v.got));
+      }
     }
   }
 }

@@ -1,5 +1,8 @@
 /// Stage 7.
 
+#include <algorithm>
+#include <map>
+
 #include "ch5_homework/judge/right/formulas.h"
 
 namespace ch5::homework::right {
@@ -15,8 +18,6 @@ struct Sights {
   MatXX Block(const MatXX& H, const Vertex& a, const Vertex& c) const {
     return H.block(a.OrderingId(), c.OrderingId(), a.LocalDimension(), c.LocalDimension());
   }
-  bool Sees(const Vertex& pose, const Vertex& landmark) const { return !Block(damped, pose, landmark).isZero(0.0); }
-
   /// The factors of the pair (i, j), by the names of the loop.
   struct Factors {
     Expression H_il, H_jl, H_ll_inverse, b_l;
@@ -29,54 +30,93 @@ struct Sights {
             Matrix("b_l", b.segment(l.OrderingId(), l.LocalDimension()))};
   }
 
-  /// with(i, pose, l, landmark)
+  /// As the student's loops come by: in the order in which edges tie them.
+  std::vector<const Vertex*> PosesThatSee(const Vertex& landmark) const {
+    std::vector<const Vertex*> poses;
+    for (const auto& edge : ordering.edges) {
+      const auto& all = edge->Vertices();
+      if (std::none_of(all.begin(), all.end(), [&](const auto& one) { return one.get() == &landmark; })) continue;
+      for (const auto& one : all) {
+        const bool is_new = std::find(poses.begin(), poses.end(), one.get()) == poses.end();
+        if (one->GetRole() == Role::kPose && one->OrderingId() >= 0 && is_new) poses.push_back(one.get());
+      }
+    }
+    return poses;
+  }
+
+  std::vector<Text> KindsOf(const Vertex& pose) const {
+    if (&pose != ordering.poses[0].get()) return {};
+    return {{"7.products_of", {{"it", {"scene.pose", {{"n", Word(0)}}}}}}};
+  }
+
+  /// with(pose, landmark, turns)
   template <typename Do>
   void ForEach(const Do& with) const {
+    const Text over_landmarks = "7.loop_over_landmarks", over_poses = "7.loop_over_poses";
     for (size_t l = 0; l < ordering.landmarks.size(); ++l) {
-      for (size_t i = 0; i < ordering.poses.size(); ++i) {
-        const Vertex &pose = *ordering.poses[i], &landmark = *ordering.landmarks[l];
-        if (Sees(pose, landmark)) with(i, pose, l, landmark);
+      const Vertex& landmark = *ordering.landmarks[l];
+      const auto poses = PosesThatSee(landmark);
+      for (size_t k = 0; k < poses.size(); ++k) {
+        with(*poses[k], landmark,
+             std::vector<Share::Turn>{{over_landmarks, l, ordering.landmarks.size()}, {over_poses, k, poses.size()}});
       }
     }
   }
 };
 
-std::vector<Text> NumberZero(size_t i, size_t l) {
-  std::vector<Text> kinds;
-  if (i == 0) kinds.push_back({"7.products_of", {{"it", {"scene.pose", {{"n", Word(0)}}}}}});
-  if (l == 0) kinds.push_back({"7.products_of", {{"it", {"scene.landmark", {{"n", Word(0)}}}}}});
-  return kinds;
-}
-
 Expression SchurLoop(const Sights& sights, const MatXX& H_pp) {
+  const Text over_others = "7.loop_over_poses_j";
   std::vector<Share> shares{{Matrix("H_pp", H_pp), {0, 0}}};
-  sights.ForEach([&](size_t i, const Vertex& pose, size_t l, const Vertex& landmark) {
-    for (size_t j = 0; j <= i; ++j) {
-      const Vertex& other = *sights.ordering.poses[j];
-      if (!sights.Sees(other, landmark)) continue;
+  sights.ForEach([&](const Vertex& pose, const Vertex& landmark, std::vector<Share::Turn> turns) {
+    const auto others = sights.PosesThatSee(landmark);
+    for (size_t k = 0; k < others.size(); ++k) {
+      const Vertex& other = *others[k];
+      if (pose.OrderingId() < other.OrderingId()) continue;
       const auto of = sights.Of(pose, other, landmark);
       const Expression product = -(of.H_il * of.H_ll_inverse * Transpose(of.H_jl));
-      std::vector<Text> kinds = NumberZero(i, l);
-      kinds.insert(kinds.begin(), i == j ? "7.products_on_the_diagonal" : "7.products_off_the_diagonal");
-      shares.push_back({product, {pose.OrderingId(), other.OrderingId()}, {}, kinds});
-      if (i != j) shares.push_back({Transpose(product), {other.OrderingId(), pose.OrderingId()}, {}, kinds});
+      const bool same = &pose == &other;
+      std::vector<Text> kinds = sights.KindsOf(pose);
+      kinds.insert(kinds.begin(), same ? "7.products_on_the_diagonal" : "7.products_off_the_diagonal");
+      turns.resize(2);
+      turns.push_back({over_others, k, others.size()});
+      const auto add = [&](const Expression& x, const Vertex& row, const Vertex& column) {
+        shares.push_back({x, {row.OrderingId(), column.OrderingId()}, {}, kinds, {}, false, turns});
+      };
+      add(product, pose, other);
+      if (!same) add(Transpose(product), other, pose);
     }
   });
   return Assembly("S", H_pp.rows(), H_pp.cols(), shares);
 }
 
 Expression ReducedLoop(const Sights& sights, const VecX& b_p) {
+  std::map<const Vertex*, int> number;
+  for (const auto& pose : sights.ordering.poses) number.emplace(pose.get(), static_cast<int>(number.size()));
   std::vector<Share> shares{{Matrix("b_p", b_p), {0, 0}}};
-  sights.ForEach([&](size_t i, const Vertex& pose, size_t l, const Vertex& landmark) {
+  sights.ForEach([&](const Vertex& pose, const Vertex& landmark, const std::vector<Share::Turn>& turns) {
     const auto of = sights.Of(pose, pose, landmark);
-    const int number = static_cast<int>(i);
+    const int i = number[&pose];
     shares.push_back({-(of.H_il * of.H_ll_inverse * of.b_l),
                       {pose.OrderingId(), 0},
                       {},
-                      NumberZero(i, l),
-                      {{"7.pose_number_for_row", {number, 0}}, {"7.six_rows_each", {6 * number, 0}}}});
+                      sights.KindsOf(pose),
+                      {{"7.pose_number_for_row", {i, 0}}, {"7.six_rows_each", {6 * i, 0}}},
+                      false,
+                      turns});
   });
   return Assembly("b_schur_", b_p.size(), 1, shares);
+}
+
+// b_l − Σ_i H_ilᵀ Δx_i of all landmarks.
+Expression RestLoop(const Sights& sights, const VecX& b_l, const VecX& x_p) {
+  const int first_row = sights.ordering.dim_poses;
+  std::vector<Share> shares{{Matrix("b_l", b_l), {0, 0}}};
+  sights.ForEach([&](const Vertex& pose, const Vertex& landmark, const std::vector<Share::Turn>& turns) {
+    const Expression H_il = Matrix("H_il", sights.Block(sights.damped, pose, landmark)),
+                     step = Matrix("Δx_i", x_p.segment(pose.OrderingId(), pose.LocalDimension()));
+    shares.push_back({-(Transpose(H_il) * step), {landmark.OrderingId() - first_row, 0}, {}, {}, {}, false, turns});
+  });
+  return Assembly("rest", b_l.size(), 1, shares);
 }
 
 }  // namespace
@@ -99,7 +139,8 @@ BlockSolve::BlockSolve(const System& system, const Ordering& ordering, double la
   const Expression x_p = Matrix("Δx_p", Solve(Value(S.right), Value(b_S.right)));
   const Expression K_transposed = Named(Inverse(H_ll, sizes) * H_lp, "K_ilᵀ");
   delta_x = {Stack({x_p, Inverse(H_ll, sizes) * (b_l - H_lp * x_p)}),
-             {b_p, Named(b_S.right, "b_schur_"), K_transposed}};
+             {b_p, Named(b_S.right, "b_schur_"), K_transposed},
+             {Stack({x_p, Inverse(H_ll, sizes) * RestLoop(sights, Value(b_l), Value(x_p))})}};
 }
 
 }  // namespace ch5::homework::right

@@ -18,7 +18,7 @@ PoseRows::PoseRows(const Vec3& p, const Mat33& R_given, const MatXX& axes) {
       }
     }
   }
-  dp_domega = {-(MistakenFor(arm, turned) * E)};
+  dp_domega = {-(MistakenFor(arm, turned) * E), {Matrix("p", p)}};
   dtheta_domega = {MistakenFor(Rt, {{Matrix("J_l⁻¹", RightJacobianInverseSO3(-phi)), "4.J_linv"},
                                     {Matrix("J_r⁻¹", RightJacobianInverseSO3(phi)), "4.J_rinv"},
                                     {arm, "4.turn_position"},
@@ -26,7 +26,9 @@ PoseRows::PoseRows(const Vec3& p, const Mat33& R_given, const MatXX& axes) {
                    E};
 }
 
-Formula VelocityTurned(const Vec3& v, const MatXX& axes) { return {-(Matrix("[v]", Hat(v)) * Matrix("axes", axes))}; }
+Formula VelocityTurned(const Vec3& v, const MatXX& axes) {
+  return {-(Matrix("[v]", Hat(v)) * Matrix("axes", axes)), {Matrix("v", v)}};
+}
 
 Formula Projection(const MatXX& U_given, const MatXX& V_given) {
   const Expression U = Matrix("U", U_given), V = Matrix("V", V_given), Vt = Transpose(V);

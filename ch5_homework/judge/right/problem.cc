@@ -56,7 +56,8 @@ Order AsGiven(int n) {
 }
 
 /// Where rows may land by mistake: `rows` is what moves, "2.rows", "2.columns" or "2.entries_b".
-std::vector<Instead> WrongOrders(const Order& right, int idx, int dim, const Text& rows) {
+/// @param other  the order of the other way to move them
+std::vector<Instead> WrongOrders(const Order& right, const Order& other, int idx, int dim, const Text& rows) {
   const int n = static_cast<int>(right.size()), tail = n - idx - dim;
   const Order given = AsGiven(n);
   const auto placed = [n](Order order, int at, int first, int count) {  // rows first, first + 1, … land at `at`
@@ -68,6 +69,7 @@ std::vector<Instead> WrongOrders(const Order& right, int idx, int dim, const Tex
     wrong.emplace_back(Picked(order), Text(cause, {{"rows", rows}}));
   };
   add("2.not_moved", given);
+  add("2.moved_the_other_way", other);
   Order front = right, backwards = right, neighbor = given, one_by_one = given;
   std::rotate(front.begin(), front.end() - dim, front.end());
   std::rotate(neighbor.begin() + idx, neighbor.begin() + idx + dim, neighbor.begin() + idx + dim + std::min(dim, tail));
@@ -116,10 +118,11 @@ Order OrderOf(int n, int idx, int dim, bool exchanging) {
 
 Moved::Moved(const System& given, int idx, int dim, bool exchanging)
     : order(OrderOf(static_cast<int>(given.b.size()), idx, dim, exchanging)) {
+  const Order other = OrderOf(static_cast<int>(given.b.size()), idx, dim, !exchanging);
   const Expression H_given = Matrix("H", given.H), b_given = Matrix("b", given.b), P = Picked(order);
-  const auto moved = [&](const Text& what) { return MistakenFor(P, WrongOrders(order, idx, dim, what)); };
+  const auto moved = [&](const Text& what) { return MistakenFor(P, WrongOrders(order, other, idx, dim, what)); };
   std::vector<Instead> both;
-  for (const Instead& wrong : WrongOrders(order, idx, dim, "2.rows")) {
+  for (const Instead& wrong : WrongOrders(order, other, idx, dim, "2.rows")) {
     both.emplace_back(wrong.x * H_given * Transpose(wrong.x), wrong.cause);
   }
   MatXX before_moved = given.H * Value(P).transpose();
