@@ -97,6 +97,9 @@ TEST(Stage2, APoseOutOfAWindow) {
   H.middleRows(9, 3) *= 1e-3;  // its angles in smaller units: their eigenvalues are small, but none is zero
   H.middleCols(9, 3) *= 1e-3;
   CheckMarginalize(H, RandomMatrix(n, 1, &random), 6, 6);
+  // In units in which all numbers are small, but none is zero; the eigenvalues stay above the original's limit of 1e-8.
+  const MatXX small = 1e-7 * (RandomPositiveDefinite(n, &random) + MatXX::Identity(n, n));
+  CheckMarginalize(small, 1e-7 * RandomMatrix(n, 1, &random), 6, 6);
 }
 
 // What leaves was not measured in all its directions: nothing has measured its last component, or only the difference of

@@ -312,6 +312,8 @@ static VecX CountsIn(const MatXX& A, const std::vector<Term>& terms) {
   return scale.asDiagonal() * (PseudoInversePsd(scaled.transpose() * scaled) * (scaled.transpose() * A.reshaped()));
 }
 
+constexpr double kMostTimes = 1e3;  // that anybody counts a term
+
 /// The terms so many times each: half and whole numbers, or any of one term.
 void TermsOfOtherCounts(const View& v) {
   const auto& right = TryValue(v.x);
@@ -344,6 +346,7 @@ void TermsOfOtherCounts(const View& v) {
     factors.push_back(count);
   }
   if (parts.empty() || (odd_ones > 0 && wrong_ones > 1)) return;
+  if (times.cwiseAbs().maxCoeff() > kMostTimes) return;  // the numbers of another unit, or of an earlier call
   if ((times.array() == times[0]).all()) return;  // of the whole that is said elsewhere
   const Expression instead = Sum(parts, factors);
   if (wrong_ones == 1) {
