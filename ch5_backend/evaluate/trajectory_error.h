@@ -5,6 +5,7 @@
 /// Source: Zhang & Scaramuzza, "A Tutorial on Quantitative Trajectory Evaluation for Visual(-Inertial) Odometry",
 /// IROS 2018, §IV.
 
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -39,8 +40,8 @@ struct TrajectoryError {
   double rotation_rmse = 0.0;  ///< angle of R_truthᵀ R_estimate after the alignment [rad]
   double yaw_rmse = 0.0;       ///< its part about gravity: z of Log(R_estimate R_truthᵀ) [rad]
   double velocity_rmse = 0.0;  ///< [m/s]
-  /// What the estimate's lengths must be multiplied by to fit best (AlignUmeyama); 1 where that is not determined.
-  double scale = 1.0;
+  /// What the estimate's lengths must be multiplied by to fit best (AlignUmeyama); NaN where that is not determined.
+  double scale = std::numeric_limits<double>::quiet_NaN();
   std::vector<double> position;  ///< ‖p_estimate − p_truth‖ of each compared state [m] …
   std::vector<double> time;      ///< … and its time [s]
 };

@@ -65,9 +65,9 @@ void PrintRun(const ch5::OdometryRun& run) {
   std::printf("          %zu images; times real time %s, without start %s; p99 %s ms\n", run.states.size(),
               Cell(run.realtime_factor, 0, 1).c_str(), Cell(run.tracking_factor, 0, 1).c_str(),
               Cell(run.p99_window_ms, 0, 2).c_str());
-  if (run.time_offset != 0.0)
-    std::printf("          images are taken %.1f ms %s than stamped\n", 1e3 * std::abs(run.time_offset),
-                run.time_offset < 0.0 ? "earlier" : "later");
+  if (run.time_offset)
+    std::printf("          images are taken %.1f ms %s than stamped\n", 1e3 * std::abs(*run.time_offset),
+                *run.time_offset < 0.0 ? "earlier" : "later");
   for (const ch5::ImageResult& row : run.rows) {
     if (row.report.status != ch5::FrameReport::Status::kRestarted) continue;
     std::printf("          segment %d begins at %.2f s: %s\n", row.report.segment, row.t, row.report.message.c_str());
@@ -100,12 +100,12 @@ void Run(const Command& command) {
     warnings.insert(warnings.end(), more.begin(), more.end());
   };
   for (const ch5::LeftOut& lines : left_out) {
-    warn({{"left_out", static_cast<double>(lines.count), 0.0,
+    warn({{"left_out", static_cast<double>(lines.count), ch5::kNoNumber,
            lines.file + ": lines left out: " + std::to_string(lines.count) + ", the first: " + lines.first,
            lines.first}});
   }
   if (const auto& keys = extras.not_used; !keys.empty()) {
-    warn({{"cameras", static_cast<double>(keys.size()), 0.0,
+    warn({{"cameras", static_cast<double>(keys.size()), ch5::kNoNumber,
            "only camera and camera1 are used; keys of others: " + std::to_string(keys.size()) + ", the first is " +
                keys.front()}});
   }

@@ -175,6 +175,11 @@ std::vector<StampedState> Walk(double scale) {
   return states;
 }
 
+TEST(TrajectoryError, OfTwoPosesHasNoScale) {
+  const std::vector<StampedState> walk = Walk(1.0);
+  EXPECT_TRUE(std::isnan(CompareTrajectories({walk[0], walk[9]}, walk)->scale));
+}
+
 TEST(RelativeError, OfAWalkWhoseScaleIsWrong) {
   const auto error = CompareMotions(Walk(1.02), Walk(1.0));
   ASSERT_TRUE(error);

@@ -90,6 +90,7 @@ class RecordingApp(AppTest):
         self.assertEqual(result["warnings"], [])
         for row in result["policies"]:
             self.assertTrue(all(isinstance(row[key], (int, float)) for key in KEYS[1:]), row)
+            self.assertEqual(row["results"]["time_offset_s"], {"value": None, "sigma": None}, "the clocks agree")
             segment, = row["segments"]
             self.assertEqual(list(segment), SEGMENT)
             self.assertEqual([segment[key] for key in SEGMENT[3:]],
@@ -236,6 +237,7 @@ class RecordingApp(AppTest):
         row, = answer["policies"]
         results = row["results"]
         self.assertAlmostEqual(results["time_offset_s"]["value"], -0.1, delta=0.003)
+        self.assertTrue(0.0002 < results["time_offset_s"]["sigma"] < 0.003, results)
         self.assertTrue(1.5 < results["first_pose_s"]["value"] < 3.0, results)
         self.assertAlmostEqual(results["estimated_path_m"]["value"] / row["path_m"], 1.0, delta=0.2)
         moved = [results[f"extrinsic_moved_{axis}_{unit}"] for unit in ("m", "deg") for axis in "xyz"]
@@ -398,7 +400,7 @@ class RecordingApp(AppTest):
             (recording / file).write_text("\n".join(lines[:-1] if file == "imu.csv" else lines))
         result = self.course_run(recording)
         counts = {file: sum(one[0] == file for one in DAMAGED) for file in damaged}
-        self.assertEqual([(row["warning"], row["value"]) for row in result["warnings"]], [("left_out", count) for count in counts.values()])
+        self.assertEqual([(row["warning"], row["value"], row["other"]) for row in result["warnings"]], [("left_out", count, None) for count in counts.values()])
         for row, (file, count) in zip(result["warnings"], counts.items()):
             self.assertIn(f"{recording / file}: lines left out: {count}, the first: {recording / file}:", row["words"])
         self.assertIn("Lines or images left out of a file: 6; the first: ", (self.out / "room" / "report.html").read_text(encoding="utf-8").replace("\u00a0", " "))

@@ -235,7 +235,7 @@ void CheckDeadAxes(const Recording& recording, RecordingWarnings* warnings) {
       if (spread[axis - 'x'] > least) dead += (dead.empty() ? "" : ", ") + std::string(1, axis);
     if (dead.empty()) return;
     warnings->push_back(
-        {sensor.name + "_dead", spread.maxCoeff(), 0.0,
+        {sensor.name + "_dead", spread.maxCoeff(), kNoNumber,
          Join("the ", sensor.name, " feels nothing on axis ", dead, " all along, though the body turns"), dead});
   };
   check(kSensors[0], QuietAxes(rates, kQuietTurn), kLeastTurn, [&] { return SpreadOfImageTurns(recording); });

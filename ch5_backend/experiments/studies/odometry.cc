@@ -10,6 +10,11 @@
 namespace ch5 {
 namespace {
 
+// An offset of 0 that is not estimated is none.
+bool IsClockKnown(const EstimatorOptions& options) {
+  return options.estimate_time_offset || options.time_offset != 0.0;
+}
+
 double Percentile(std::vector<double> values, double fraction) {
   if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
   const auto at = static_cast<std::ptrdiff_t>(std::ceil(fraction * static_cast<double>(values.size()))) - 1;
@@ -127,6 +132,8 @@ std::optional<OdometryRun> RunBatch(const Recording& recording, const EstimatorO
   const BatchResult result = SolveBatch(options, images, segment->states, recording.imu, batch);
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   run.states = result.states;
+  if (IsClockKnown(options)) run.time_offset = result.time_offset;
+  run.T_B_C = result.T_B_C;
   run.segments.push_back({0, result.states, {}});
   for (size_t k = 0; k < images.size(); ++k) {
     run.rows[k].seconds = seconds / static_cast<double>(images.size());
@@ -173,7 +180,7 @@ OdometryRun RunOdometry(const Recording& recording, const EstimatorOptions& opti
     run.rows.push_back(row);
   });
   run.restarts = estimator.Restarts();
-  run.time_offset = estimator.TimeOffset();
+  if (IsClockKnown(options)) run.time_offset = estimator.TimeOffset();
   run.T_B_C = estimator.GetWindow().T_B_C();
   Summarize(recording, &run);
   return run;

@@ -40,7 +40,7 @@ struct OdometryRun {
   std::optional<TrajectoryError> error;
   std::optional<RelativeError> relative;  ///< of the longest segment
   int restarts = 0;
-  double time_offset = 0.0;                   ///< of the camera's clock, as estimated last [s]
+  std::optional<double> time_offset;          ///< of the camera's clock, as given or estimated last [s]
   Transform T_B_C;                            ///< likewise
   std::optional<StateCovariance> covariance;  ///< of the last estimate, if EstimatorOptions::report_covariance
   double realtime_factor = 0.0;               ///< duration of the recording / time spent

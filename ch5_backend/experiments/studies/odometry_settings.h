@@ -3,6 +3,7 @@
 
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,10 +17,11 @@ struct OdometrySettings {
   std::string policy;          ///< vins or okvis; empty: both
   EstimatorOptions estimator;  ///< without the calibration, which is the recording's
   bool finds_clock = true;     ///< the delay of the camera's clock is looked for; not once estimate_time_offset is set
-  bool finds_noise = true;     ///< likewise the noise of the tracks; not once pixel_sigma is set
-  bool mono = false;           ///< camera 1 is left out
-  int window = 0;              ///< VINS: frames beside the newest; OKVIS: keyframes; 0: as the policy has it
-  int max_features = 0;        ///< tracks used of an image; 0: all
+  std::optional<double> clock_sigma;  ///< of estimator.time_offset, once the recording has decided it [s]
+  bool finds_noise = true;            ///< likewise the noise of the tracks; not once pixel_sigma is set
+  bool mono = false;                  ///< camera 1 is left out
+  int window = 0;                     ///< VINS: frames beside the newest; OKVIS: keyframes; 0: as the policy has it
+  int max_features = 0;               ///< tracks used of an image; 0: all
   double from = 0.0, to = std::numeric_limits<double>::infinity();  ///< since the first IMU measurement [s]
 
   /// Sets one by its name in calibration.yaml, such as max_features; on the command line it is --max-features.

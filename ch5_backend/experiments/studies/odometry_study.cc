@@ -1,7 +1,6 @@
 #include "ch5_backend/experiments/studies/odometry_study.h"
 
 #include <cmath>
-#include <limits>
 #include <map>
 #include <regex>
 #include <set>
@@ -16,7 +15,6 @@
 namespace ch5 {
 namespace {
 
-constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
 constexpr size_t kPictures = 4;  // of the window and its prior, per policy
 
 // Rows frame by frame (pose, then speed and biases), landmarks last; of the prior in the order of its vertices.
@@ -69,7 +67,8 @@ CsvTable ResultTable(const OdometryStudy& study) {
     table.Row(run.policy, "first_pose_s", run.states.front().t, kNoNumber);
     table.Row(run.policy, "estimated_path_m", path, kNoNumber);
     const auto variance = run.covariance ? run.covariance->time_offset_variance : std::nullopt;
-    table.Row(run.policy, "time_offset_s", run.time_offset, variance ? std::sqrt(*variance) : kNoNumber);
+    table.Row(run.policy, "time_offset_s", run.time_offset.value_or(kNoNumber),
+              variance ? std::sqrt(*variance) : study.clock_sigma.value_or(kNoNumber));
     if (!run.covariance || !run.covariance->extrinsic) continue;
     const Transform& given = study.recording.calibration.T_B_C;
     Vec6 moved;  // [δp, δθ], T_B_C's increment
@@ -157,6 +156,7 @@ OdometryStudy RunOdometryStudy(Recording recording, const std::function<void(con
                                const OdometrySettings& settings, bool batch) {
   OdometryStudy study;
   study.recording = std::move(recording);
+  study.clock_sigma = settings.clock_sigma;
   const auto& frames = study.recording.images;
   EstimatorOptions options = settings.estimator;
   options.calibration = study.recording.calibration;

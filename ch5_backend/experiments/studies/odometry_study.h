@@ -3,6 +3,8 @@
 
 #include <filesystem>
 #include <functional>
+#include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,10 +14,12 @@
 
 namespace ch5 {
 
+inline constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();  ///< an empty cell, null in JSON
+
 /// What is doubtful in a recording that can be followed all the same.
 struct RecordingWarning {
   std::string name;         ///< the report's sentence is warning.NAME in figures/words/
-  double value, other;      ///< the numbers in it
+  double value, other;      ///< the numbers in it; NaN if there is none
   std::string words;        ///< the terminal's sentence
   std::string detail = "";  ///< an axis or a line of a file, if it is about one
 };
@@ -23,8 +27,9 @@ using RecordingWarnings = std::vector<RecordingWarning>;
 
 struct OdometryStudy {
   Recording recording;
-  RecordingWarnings warnings;     ///< recording_warnings.h
-  std::vector<OdometryRun> runs;  ///< one per policy
+  RecordingWarnings warnings;         ///< recording_warnings.h
+  std::vector<OdometryRun> runs;      ///< one per policy
+  std::optional<double> clock_sigma;  ///< OdometrySettings::clock_sigma
   /// Filled while the policies run, outside of the measured time: H of the window and of the prior after its slide at a few
   /// images, the prior's eigenvalues there, and after each image the information on position and yaw in it, which is spurious.
   CsvTable matrices{"policy,picture,t_s,stage,size,pose_rows,row,column,value"};

@@ -59,8 +59,8 @@ void CheckTurnGain(const TurnAgreement& turns, const std::optional<Disagreement>
   constexpr double kAlike = 0.8, kOtherUnit = 1.7;  // of correlation, of all turns together
   const double slope = turns.at_delay * std::sqrt(turns.noise);
   if (turns.at_delay > kAlike && std::max(slope, 1.0 / slope) > kOtherUnit) {
-    warnings->push_back(
-        {"turns_unit", slope, 0.0, Join("the images turn ", slope, " times as far as the gyroscope: is it in rad/s?")});
+    warnings->push_back({"turns_unit", slope, kNoNumber,
+                         Join("the images turn ", slope, " times as far as the gyroscope: is it in rad/s?")});
     return;
   }
   if (!found) return;
@@ -154,7 +154,7 @@ double DelayOfTruth(const OdometryRun& run, const std::vector<StampedState>& tru
 bool IsOfAnotherUnit(const OdometryRun& run, std::vector<StampedState> truth) {
   constexpr double kScale = 50.0;  // estimates that have not failed keep theirs better
   constexpr double kPoor = 0.3;    // the error, relative to the size
-  if (!run.error || std::max(run.error->scale, 1.0 / run.error->scale) <= kScale) return false;
+  if (!run.error || !(std::max(run.error->scale, 1.0 / run.error->scale) > kScale)) return false;
   const double size = run.error->position_rmse / std::max(1.0, run.error->scale);  // the larger of two so unlike
   for (StampedState& state : truth) state.T_W_B.p /= run.error->scale;
   const auto error = CompareTrajectories(run.states, truth);
@@ -216,12 +216,16 @@ RecordingWarnings CheckClock(const Recording& recording, OdometrySettings* setti
   const auto clock = EstimateClockOffset(recording, settings->estimator, guess);
   if (clock && IsDecided(*clock)) {
     *offset = clock->offset;
+    settings->clock_sigma = clock->sigma;
     return {ClockWarning("corrected", *clock)};
   }
   if (guess == 0.0) return {};
   // The turns of a few seconds, which are few, look like 20 ms now and then.
   constexpr double kSure = 0.035;  // [s]
-  if (!clock && std::abs(guess) > kSure) return {ClockWarning("corrected", {guess, kErrorOfTurns})};
+  if (!clock && std::abs(guess) > kSure) {
+    settings->clock_sigma = kErrorOfTurns;
+    return {ClockWarning("corrected", {guess, kErrorOfTurns})};
+  }
   *offset = 0.0;
   return {ClockWarning("seems", {guess, kErrorOfTurns})};
 }
@@ -293,7 +297,7 @@ RecordingWarnings CheckComparison(const OdometryStudy& study) {
   if (std::none_of(study.runs.begin(), study.runs.end(), is_compared)) {
     const std::vector<Image>& frames = study.recording.images;
     return {
-        {"no_comparison", 0.0, 0.0,
+        {"no_comparison", kNoNumber, kNoNumber,
          Join("no estimate was compared with groundtruth.csv: its ", truth.size(), " poses are from ", truth.front().t,
               " to ", truth.back().t, " s, the images from ", frames.front().t, " to ", frames.back().t,
               " s after the first IMU measurement; nothing is compared between poses more than 1 s apart")}};
@@ -301,7 +305,7 @@ RecordingWarnings CheckComparison(const OdometryStudy& study) {
   RecordingWarnings warnings;
   if (const double median = MedianStep(truth); median > kMost) {
     warnings.push_back(
-        {"distant_truth", median, 0.0,
+        {"distant_truth", median, kNoNumber,
          Join("the poses of groundtruth.csv are ", median,
               " s apart (median): between them it is interpolated linearly, which adds an error, and where "
               "they are more than 1 s apart nothing is compared")});
@@ -309,14 +313,14 @@ RecordingWarnings CheckComparison(const OdometryStudy& study) {
   const auto is_of_another_unit = [&](const OdometryRun& run) { return IsOfAnotherUnit(run, truth); };
   const auto run = std::find_if(study.runs.begin(), study.runs.end(), is_of_another_unit);
   if (run != study.runs.end()) {
-    warnings.push_back({"truth_unit", run->error->scale, 0.0,
+    warnings.push_back({"truth_unit", run->error->scale, kNoNumber,
                         Join("groundtruth.csv moves ", run->error->scale, " times as far as ", run->policy,
                              " estimates; is it in meters?")});
   }
   const double delay = DelayOfTruth(study.runs.front(), truth);
   if (delay != 0.0) {
     const auto milliseconds = std::lround(1e3 * std::abs(delay));
-    warnings.push_back({delay > 0.0 ? "truth_late" : "truth_early", static_cast<double>(milliseconds), 0.0,
+    warnings.push_back({delay > 0.0 ? "truth_late" : "truth_early", static_cast<double>(milliseconds), kNoNumber,
                         Join("groundtruth.csv seems to be stamped about ", milliseconds, " ms too ",
                              delay > 0.0 ? "late" : "early", " for the IMU, which explains most of the error")});
   }
