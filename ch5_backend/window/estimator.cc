@@ -6,7 +6,6 @@
 #include "ch5_backend/consistency/position_yaw_prior.h"
 #include "ch5_backend/math/option_checks.h"
 #include "ch5_backend/window/landmarks.h"
-#include "ch5_backend/window/prediction.h"
 #include "ch5_backend/window/start_values.h"
 
 namespace ch5 {
@@ -45,6 +44,7 @@ void EstimatorOptions::Validate() const {
   CheckOption("EstimatorOptions::time_offset", time_offset, -10, 10);
   CheckPositive("EstimatorOptions::max_outlier_pixels", max_outlier_pixels);
   CheckPositive("EstimatorOptions::max_imu_gap", max_imu_gap);
+  CheckPositive("EstimatorOptions::max_bridged_gap", max_bridged_gap);
   CheckPositive("EstimatorOptions::max_rejecting", max_rejecting);
   CheckOption("EstimatorOptions::reintegrate_gyroscope", reintegrate_gyroscope, 0);
   CheckOption("EstimatorOptions::start_pixels", start_pixels, 0);
@@ -89,6 +89,7 @@ void Estimator::Restart() {
   if (started_) ++restarts_;
   Reset();
   imu_.clear();
+  unsteadiness_ = ImuUnsteadiness();
   track_ages_.clear();
   forgotten_until_ = last_attempt_ = last_image_time_ = -std::numeric_limits<double>::infinity();
 }
@@ -96,6 +97,7 @@ void Estimator::Restart() {
 void Estimator::AddImu(const ImuMeasurement& measurement) {
   CheckMeasurement(measurement, imu_);
   imu_.push_back(measurement);
+  unsteadiness_.Add(measurement);
   ForgetOldMeasurements();
   sensor_check_.AddImu(measurement);
   standstill_detector_.AddImu(measurement);
@@ -137,12 +139,15 @@ std::string Estimator::WhyNotStarted() const {
   return suspicion.empty() ? start_message_ : suspicion;
 }
 
-// A gap so long that the IMU cannot connect this image with the newest frame.
+// A gap so long that the IMU cannot connect this image with the newest frame, nor do images that go on meanwhile.
 Failure Estimator::GapBefore(const Image& image) const {
+  constexpr double kMostBetween = 0.5;  // images, while the IMU is silent [s]
   if (window_.frames.empty()) return Failure::kNone;
   const double t0 = window_.frames.back().t, t1 = image.t + TimeOffset();
   if (t1 - t0 > options_.weights.max_imu_seconds) return Failure::kImageGap;
-  return HasImuGap(imu_, t0, t1, options_.max_imu_gap) ? Failure::kImuGap : Failure::kNone;
+  const bool bridges = started_ && t1 - t0 < kMostBetween;
+  const double longest = bridges ? std::max(options_.max_imu_gap, options_.max_bridged_gap) : options_.max_imu_gap;
+  return LongestImuGap(imu_, t0, t1) > longest ? Failure::kImuGap : Failure::kNone;
 }
 
 // What the sensors make suspicious is said too: it is the cause more often than the estimate is.
@@ -183,7 +188,10 @@ void Estimator::AppendFrame(const Image& image) {
 // The new frame's states from the newest frame's by the IMU.
 void Estimator::PredictFrame(Frame* frame) const {
   const StampedState last = window_.StateOf(window_.frames.back());
-  frame->imu = IntegrateFrom(last, imu_, frame->t, options_.calibration.noise);
+  const ImuNoise& usual = options_.calibration.noise;
+  const double gap = LongestImuGap(imu_, last.t, frame->t);
+  const ImuNoise noise = gap > options_.max_imu_gap ? unsteadiness_.AcrossGap(gap, usual) : usual;
+  frame->imu = IntegrateFrom(last, imu_, frame->t, noise);
   Window::SetState(Predict(last, *frame->imu, options_.calibration.gravity), *frame);
 }
 

@@ -29,6 +29,7 @@
 #include "ch5_backend/window/failure.h"
 #include "ch5_backend/window/measurement_checks.h"
 #include "ch5_backend/window/policy.h"
+#include "ch5_backend/window/prediction.h"
 #include "ch5_backend/window/start/sensor_check.h"
 #include "ch5_backend/window/start/standstill.h"
 #include "ch5_backend/window/state_covariance.h"
@@ -42,11 +43,12 @@ struct EstimatorOptions {
   WindowWeights weights = {};
   double time_offset = 0.0;  ///< initial guess of the delay of the camera's clock [s]
   bool estimate_time_offset = false;
-  bool estimate_extrinsic = false;      ///< of both cameras, if there are two
-  double max_outlier_pixels = 3.0;      ///< a landmark with a larger mean error is dropped, see RemoveOutliers [px]
-  double max_imu_gap = 0.1;             ///< after a longer time without IMU measurement the estimator restarts [s]
-  double max_rejecting = 1.0;           ///< so does it if plenty of tracks give hardly a landmark for longer [s]
-  double reintegrate_gyroscope = 1e-4;  ///< preintegrate again if ‖δb_g‖ Δt exceeds this [rad]
+  bool estimate_extrinsic = false;  ///< of both cameras, if there are two
+  double max_outlier_pixels = 3.0;  ///< a landmark with a larger mean error is dropped, see RemoveOutliers [px]
+  double max_imu_gap = 0.1;      ///< a longer time without IMU measurement is a gap: nothing is predicted across it …
+  double max_bridged_gap = 1.2;  ///< … and a longer gap, or one without images, restarts the estimator [s]
+  double max_rejecting = 1.0;    ///< so does it if plenty of tracks give hardly a landmark for longer [s]
+  double reintegrate_gyroscope = 1e-4;             ///< preintegrate again if ‖δb_g‖ Δt exceeds this [rad]
   FailureDetector detect_failure = DetectFailure;  ///< VINS-Mono's limits; others: DetectFailuresBeyond
   StandstillOptions standstill = {};
   double start_pixels = 8.0;  ///< the image motion after a standstill that is enough to start [px]
@@ -195,8 +197,9 @@ class Estimator {
   std::string start_message_;                   // why the last image did not start the estimator
   static constexpr double kLeastSpacing = 0.1;  // of frames before the start [s]
   double start_spacing_ = kLeastSpacing;
-  size_t frames_at_spacing_ = 0;                                       // how many have been kept so
-  double last_attempt_ = -std::numeric_limits<double>::infinity();     // to start in motion: time of its newest frame
+  size_t frames_at_spacing_ = 0;                                    // how many have been kept so
+  double last_attempt_ = -std::numeric_limits<double>::infinity();  // to start in motion: time of its newest frame
+  ImuUnsteadiness unsteadiness_;
   std::vector<ImuMeasurement> imu_;                                    // from shortly before the newest frame on
   double forgotten_until_ = -std::numeric_limits<double>::infinity();  // measurements before were too many to keep
   double last_image_time_ = -std::numeric_limits<double>::infinity();

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <sstream>
 #include <string>
 
@@ -75,14 +76,14 @@ void CheckImage(const Image& image, double last_time) {
   CheckTracks(image.tracks1, " of camera 1's image" + At(image.t));
 }
 
-bool HasImuGap(const std::vector<ImuMeasurement>& imu, double t0, double t1, double max_gap) {
-  if (imu.empty()) return true;
-  double last = std::min(t0, imu.front().t);
+double LongestImuGap(const std::vector<ImuMeasurement>& imu, double t0, double t1) {
+  if (imu.empty()) return std::numeric_limits<double>::infinity();
+  double last = std::min(t0, imu.front().t), longest = 0.0;
   for (auto measurement = imu.begin(); measurement != imu.end() && last < t1; ++measurement) {
-    if (measurement->t - last > max_gap) return true;
+    longest = std::max(longest, measurement->t - last);
     last = measurement->t;
   }
-  return t1 - last > max_gap;
+  return std::max(longest, t1 - last);
 }
 
 }  // namespace ch5

@@ -21,8 +21,8 @@ void CheckMeasurement(const ImuMeasurement& measurement, const std::vector<ImuMe
 /// @param last_time  of the previous image, −∞ for the first;  @throws MeasurementError
 void CheckImage(const Image& image, double last_time);
 
-/// Whether two consecutive measurements around a part of [t0, t1], or an end of it and the nearest measurement, are more
-/// than `max_gap` apart [s].
-bool HasImuGap(const std::vector<ImuMeasurement>& imu, double t0, double t1, double max_gap);
+/// The longest time between two consecutive measurements around a part of [t0, t1], or between an end of it and the nearest
+/// measurement; infinite if there is none [s].
+double LongestImuGap(const std::vector<ImuMeasurement>& imu, double t0, double t1);
 
 }  // namespace ch5

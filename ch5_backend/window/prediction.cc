@@ -1,5 +1,8 @@
 #include "ch5_backend/window/prediction.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "ch5_backend/window/measurement_checks.h"
 
 namespace ch5 {
@@ -23,6 +26,28 @@ std::shared_ptr<Preintegration> IntegrateFrom(const StampedState& from, const st
   return std::make_shared<Preintegration>(samples, from.b_a, from.b_g, noise);
 }
 
+void ImuUnsteadiness::Add(const ImuMeasurement& measurement) {
+  constexpr double kStep = 0.1, kMemory = 5.0;  // [s]: over the former noise and vibration hardly count
+  if (!from_) from_ = measurement;
+  const double dt = measurement.t - from_->t;
+  if (dt < kStep) return;
+  const auto update = [&](const Vec3& step, double* q2) {
+    const double now = step.squaredNorm() / (3.0 * dt);
+    *q2 += (q2_a_ < 0.0 ? 1.0 : std::min(1.0, dt / kMemory)) * (now - *q2);
+  };
+  update(measurement.gyroscope - from_->gyroscope, &q2_g_);
+  update(measurement.acceleration - from_->acceleration, &q2_a_);
+  from_ = measurement;
+}
+
+ImuNoise ImuUnsteadiness::AcrossGap(double seconds, ImuNoise noise) const {
+  const double times = seconds / std::sqrt(12.0);
+  noise.accelerometer = std::hypot(noise.accelerometer, times * std::sqrt(std::max(0.0, q2_a_)));
+  noise.gyroscope = std::hypot(noise.gyroscope, times * std::sqrt(std::max(0.0, q2_g_)));
+  noise.continuous = true;
+  return noise;
+}
+
 StampedState Predict(const StampedState& from, const Preintegration& imu, double gravity) {
   const double t = imu.SumDt();
   const Vec3 G(0, 0, gravity);
@@ -38,7 +63,7 @@ StampedState Predict(const StampedState& from, const Preintegration& imu, double
 std::optional<StampedState> PredictAt(const StampedState& from, const std::vector<ImuMeasurement>& imu, double t,
                                       const Calibration& calibration, double max_gap, double max_age) {
   if (t == from.t) return from;
-  if (!(t > from.t && t - from.t <= max_age) || HasImuGap(imu, from.t, t, max_gap)) return std::nullopt;
+  if (!(t > from.t && t - from.t <= max_age) || LongestImuGap(imu, from.t, t) > max_gap) return std::nullopt;
   StampedState state = Predict(from, *IntegrateFrom(from, imu, t, calibration.noise), calibration.gravity);
   state.t = t;  // without the rounding of a sum
   return state;

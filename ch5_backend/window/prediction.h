@@ -16,6 +16,20 @@ namespace ch5 {
 std::shared_ptr<Preintegration> IntegrateFrom(const StampedState& from, const std::vector<ImuMeasurement>& imu,
                                               double t1, const ImuNoise& noise);
 
+/// How fast what an IMU measures changes, as a random walk's density q: what a gap in its measurements hides. Between the
+/// measurements at a gap's ends, T apart, the truth strays from the straight line as a Brownian bridge, whose integral has
+/// the variance q² T³/12: as much as that of white noise of the density q T/√12.
+class ImuUnsteadiness {
+ public:
+  void Add(const ImuMeasurement& measurement);
+  /// For an interval that lies in such a gap, or has a part of it.
+  ImuNoise AcrossGap(double seconds, ImuNoise noise) const;
+
+ private:
+  std::optional<ImuMeasurement> from_;
+  double q2_a_ = -1.0, q2_g_ = -1.0;  // of an axis, (m/s²)²/s and (rad/s)²/s; negative: not known yet
+};
+
 /// With t = imu.SumDt() and G = [0, 0, gravity]:
 ///
 ///   q_j = q_i γ,   v_j = v_i − G t + R_i β,   p_j = p_i + v_i t − ½ G t² + R_i α;   the biases stay

@@ -152,7 +152,7 @@ class RecordingApp(AppTest):
 
     def test_a_gap_in_the_imu_begins_a_segment(self):
         recording = self.simulate(16)
-        edit(recording / "imu.csv", lambda rows: [row for row in rows if not 5.0 < (int(row[0]) - int(rows[0][0])) / 1e9 < 6.0])
+        edit(recording / "imu.csv", lambda rows: [row for row in rows if not 5.0 < (int(row[0]) - int(rows[0][0])) / 1e9 < 7.0])
         self.out.mkdir()
         (self.out / "vins_7.tum").write_text("of an earlier run\n")
         done = self.solve(recording, "--out", self.out)

@@ -574,10 +574,10 @@ TEST(Misuse, EachNumberOfTheOptionsIsChecked) {
   using N = ImuNoise;
   ExpectEachIsChecked<N>({&N::accelerometer, &N::gyroscope, &N::accelerometer_walk, &N::gyroscope_walk});
   using E = EstimatorOptions;
-  ExpectEachIsChecked<E>({&E::time_offset, &E::max_outlier_pixels, &E::max_imu_gap, &E::max_rejecting,
-                          &E::reintegrate_gyroscope, &E::start_pixels, &E::start_speed, &E::moving_start_speed,
-                          &E::start_bias_accelerometer, &E::start_bias_gyroscope, &E::start_extrinsic_position,
-                          &E::start_extrinsic_rotation, &E::start_time_offset});
+  ExpectEachIsChecked<E>({&E::time_offset, &E::max_outlier_pixels, &E::max_imu_gap, &E::max_bridged_gap,
+                          &E::max_rejecting, &E::reintegrate_gyroscope, &E::start_pixels, &E::start_speed,
+                          &E::moving_start_speed, &E::start_bias_accelerometer, &E::start_bias_gyroscope,
+                          &E::start_extrinsic_position, &E::start_extrinsic_rotation, &E::start_time_offset});
   using D = DynamicInitializationOptions;
   ExpectEachIsChecked<D>({&D::focal_length, &D::pixel_sigma, &D::gravity, &D::b_a_sigma, &D::least_parallax,
                           &D::largest_scale_sigma, &D::largest_gravity_sigma, &D::least_inliers});

@@ -74,6 +74,12 @@ TEST(Preintegration, TwoPiecesAppendedEqualTheWhole) {
   EXPECT_EQ(imu.Alpha(), whole.Alpha());
   EXPECT_EQ(imu.Covariance(), whole.Covariance());
   EXPECT_EQ(imu.SumDt(), whole.SumDt());
+
+  ImuNoise large;  // of a piece that lies in a gap
+  large.accelerometer = large.gyroscope = 1.0;
+  imu = Integrate(head, Vec3::Zero(), Vec3::Zero());
+  imu.Append(Preintegration(tail, Vec3::Zero(), Vec3::Zero(), large));
+  EXPECT_EQ(imu.Covariance(), Preintegration(samples, Vec3::Zero(), Vec3::Zero(), large).Covariance());
 }
 
 // The double integral of a turning force has a closed form:  β = T Γ₁ f,  α = T² Γ₂ f  with θ = ωT and

@@ -402,12 +402,12 @@ TEST(MeasurementChecks, GapsBeforeBetweenAndAfterReadingsCount) {
     for (const double t : times) imu.push_back({t, Vec3(0, 0, 9.81), Vec3::Zero()});
     return imu;
   };
-  EXPECT_TRUE(HasImuGap({}, 0.0, 0.05, 0.1));
-  EXPECT_FALSE(HasImuGap(at({0.0, 0.1, 0.2}), 0.0, 0.25, 0.11));
-  EXPECT_TRUE(HasImuGap(at({0.15, 0.2}), 0.0, 0.2, 0.11)) << "before";
-  EXPECT_TRUE(HasImuGap(at({0.0, 0.2}), 0.0, 0.2, 0.11)) << "between";
-  EXPECT_TRUE(HasImuGap(at({0.0, 0.1}), 0.0, 0.25, 0.11)) << "after";
-  EXPECT_TRUE(HasImuGap(at({0.0, 0.1, 0.5}), 0.0, 0.15, 0.11)) << "around the end";
+  EXPECT_EQ(LongestImuGap({}, 0.0, 0.05), INFINITY);
+  EXPECT_DOUBLE_EQ(LongestImuGap(at({0.0, 0.1, 0.2}), 0.0, 0.25), 0.1);
+  EXPECT_DOUBLE_EQ(LongestImuGap(at({0.15, 0.2}), 0.0, 0.2), 0.15) << "before";
+  EXPECT_DOUBLE_EQ(LongestImuGap(at({0.0, 0.2}), 0.0, 0.2), 0.2) << "between";
+  EXPECT_DOUBLE_EQ(LongestImuGap(at({0.0, 0.1}), 0.0, 0.25), 0.15) << "after";
+  EXPECT_DOUBLE_EQ(LongestImuGap(at({0.0, 0.1, 0.5}), 0.0, 0.15), 0.4) << "around the end";
 }
 
 }  // namespace

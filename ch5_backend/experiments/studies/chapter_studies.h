@@ -39,7 +39,7 @@ void RunSlideStudy(const std::filesystem::path& csv);
 /// @throws WriteError
 void RunFilmStudy(const std::filesystem::path& csv);
 
-/// A flight whose IMU is silent for a second: positions and errors of the segments before and after, and the truth's. Writes
+/// A flight whose IMU is silent for two seconds: positions and errors of the segments before and after, and the truth's. Writes
 /// restart.csv.  @throws WriteError
 void RunRestartStudy(const std::filesystem::path& csv);
 

@@ -1,4 +1,4 @@
-// A flight whose IMU is silent for a second: the estimator restarts, and its poses are two segments. What one alignment
+// A flight whose IMU is silent for two seconds: the estimator restarts, and its poses are two segments. What one alignment
 // over both makes of them is beside it.
 #include <algorithm>
 
@@ -11,7 +11,7 @@
 namespace ch5 {
 namespace {
 
-constexpr double kSilentFrom = 10.0, kSilentUntil = 11.0;  // [s]
+constexpr double kSilentFrom = 10.0, kSilentUntil = 12.0;  // [s]
 
 Recording FlightWithSilentImu() {
   Recording recording = SimulatedOdometryRecording();

@@ -69,6 +69,9 @@ void Preintegration::AddWalk(double seconds) {
 void Preintegration::Append(const Preintegration& next) {
   const size_t size = next.samples_.size();  // `next` may be this one, which grows
   for (size_t k = 1; k < size; ++k) Add(ImuSample(next.samples_[k]));
+  if (next.noise_.accelerometer <= noise_.accelerometer) return;
+  noise_ = next.noise_;  // one for all samples: that of a gap, which is not to look like a measurement
+  Reintegrate(b_a_, b_g_);
 }
 
 void Preintegration::Reset() {

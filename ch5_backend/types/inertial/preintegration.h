@@ -28,7 +28,8 @@ class Preintegration {
   void Reintegrate(const Vec3& b_a, const Vec3& b_g);
   /// After the interval the biases walk on for so long, while nothing else changes: at rest [s].
   void LetBiasesWalk(double seconds);
-  /// Appends another interval that begins where this one ends (its first sample is this one's last).
+  /// Appends another interval that begins where this one ends (its first sample is this one's last). The greater noise of
+  /// the two is that of all samples.
   void Append(const Preintegration& next);
 
   double SumDt() const { return sum_dt_; }
