@@ -15,6 +15,14 @@ EIGEN = next((path for path in ("/usr/include/eigen3", "/usr/local/include/eigen
               if os.path.isdir(path)), "/usr/include/eigen3")
 
 
+def run(program, *words, **options) -> subprocess.CompletedProcess:
+    """What a program prints that nobody answers; ./course builds where these tests are built."""
+    usual = {"capture_output": True, "text": True, "env": {"CH5_BUILD_DIR": str(BUILD), **os.environ}}
+    if "input" not in options:
+        usual["stdin"] = subprocess.DEVNULL
+    return subprocess.run([program, *map(str, words)], **{**usual, **options})
+
+
 def tracked_files(*suffixes) -> list:
     """Paths relative to ROOT that belong to the project: git's list, or else all but what the build makes."""
     paths = git_files()

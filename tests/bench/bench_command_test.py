@@ -3,10 +3,9 @@
 import csv
 import json
 import os
-import subprocess
 from pathlib import Path
 
-from tests.project import ROOT
+from tests.project import ROOT, run
 from tests.folder import FolderTest
 from ch5_backend.course.base.cmake_build import BIN, BUILD, build_or_fail, cached_entries
 from ch5_backend.course.experiments.bench import BEST, FIELDS, SAME
@@ -16,8 +15,7 @@ class BenchCommand(FolderTest):
     def test_json_has_a_row_for_each_question(self):
         if Path(os.environ["CH5_BUILD"]).resolve() != ROOT / "build" / "release":
             self.skipTest("./course builds in build/release, and these tests run in another folder")
-        done = subprocess.run([ROOT / "course", "bench", "scene/3x20", "scene/10x200", "--quick", "--json", "--out",
-                               self.folder], stdin=subprocess.DEVNULL, capture_output=True, text=True)
+        done = run(ROOT / "course", "bench", "scene/3x20", "scene/10x200", "--quick", "--json", "--out", self.folder)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(done.stdout.count("\n"), 1, "one object and nothing else")
         rows = json.loads(done.stdout)["rows"]
@@ -49,8 +47,7 @@ class BenchCommand(FolderTest):
         if not (BIN / "measure_ceres").exists():
             self.skipTest("Ceres is not installed")
         for problem in ("city:30 --way lm,xyz,radius=1e4", "city:30 --way lm,ray,radius=1e4", "scene:10x200 --way lm,radius=1e4,whole"):
-            runs = [json.loads(subprocess.run([BIN / f"measure_{side}", *problem.split()], capture_output=True, text=True,
-                                              check=True).stdout) for side in ("ours", "ceres")]
+            runs = [json.loads(run(BIN / f"measure_{side}", *problem.split(), check=True).stdout) for side in ("ours", "ceres")]
             for step in range(3):
                 ours, ceres = (run["trace"][step][1] for run in runs)
                 self.assertLess(abs(ours / ceres - 1.0), 1e-9, f"{problem}: step {step}, {ours} and {ceres}")

@@ -11,7 +11,7 @@ import unittest
 from pathlib import Path
 from unittest import mock
 
-from tests.project import BUILD, CXX, ROOT
+from tests.project import BUILD, CXX, ROOT, run
 
 from ch5_backend.course.base import cmake_build, progress
 from ch5_backend.course.base.errors import CourseError
@@ -73,8 +73,7 @@ class BuildProgress(unittest.TestCase):
 class BuildFolder(unittest.TestCase):
     def folder(self, **variables) -> str:
         kept = {name: value for name, value in os.environ.items() if name not in ("CXX", "CH5_BUILD_DIR")}
-        done = subprocess.run([sys.executable, "-c", "from ch5_backend.course.base.cmake_build import BUILD; print(BUILD)"], text=True,
-                              env={**kept, **variables}, capture_output=True)
+        done = run(sys.executable, "-c", "from ch5_backend.course.base.cmake_build import BUILD; print(BUILD)", env={**kept, **variables})
         return str(Path(done.stdout.strip()).relative_to(ROOT)) if done.returncode == 0 else done.stderr
 
     def test_each_compiler_has_a_folder_of_its_own(self):
@@ -108,7 +107,7 @@ class BuildFolder(unittest.TestCase):
 
 class Targets(unittest.TestCase):
     def commands(self, folder, target: str) -> str:
-        done = subprocess.run(["ninja", "-C", str(folder), "-t", "commands", target], capture_output=True, text=True)
+        done = run("ninja", "-C", folder, "-t", "commands", target)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         return done.stdout
 
@@ -121,8 +120,7 @@ class Targets(unittest.TestCase):
 
     def test_without_googletest_there_are_the_library_and_the_programs(self):
         with tempfile.TemporaryDirectory() as folder:
-            done = subprocess.run(["cmake", "--preset", "release", "-B", folder, f"-DCMAKE_CXX_COMPILER={CXX}",
-                                   "-DCMAKE_DISABLE_FIND_PACKAGE_GTest=ON"], cwd=ROOT, capture_output=True, text=True)
+            done = run("cmake", "--preset", "release", "-B", folder, f"-DCMAKE_CXX_COMPILER={CXX}", "-DCMAKE_DISABLE_FIND_PACKAGE_GTest=ON", cwd=ROOT)
             self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
             self.assertIn("No GoogleTest", done.stdout)
             everything = self.commands(folder, "all")

@@ -18,12 +18,11 @@ from ch5_backend.course.base.commands import COMMANDS, make_parser
 from ch5_backend.course.base.errors import CourseError
 from ch5_backend.course.base.language import width
 from tests.folder import FolderTest
-from tests.project import BUILD, ROOT, TINY_BAL
+from tests.project import BUILD, ROOT, TINY_BAL, run
 
 
 def course(*words, **options):
-    return subprocess.run([str(ROOT / "course"), *map(str, words)], stdin=subprocess.DEVNULL, capture_output=True,
-                          text=True, timeout=120, **options)
+    return run(ROOT / "course", *words, **options)
 
 
 class CommandLine(FolderTest):
@@ -126,7 +125,7 @@ class CommandLine(FolderTest):
                 (recording, "--max-features", ["7", "100001"]), (recording, "--pixel-sigma", ["0.001", "101", "nan"]), (recording, "--seconds", ["5", "5:5", "-1:", "a:"])):
             options.remove(option)
             for value in values:
-                own = subprocess.run([BUILD / "bin" / program, data, "--out", self.folder / "out", option, value], capture_output=True, text=True)
+                own = run(BUILD / "bin" / program, data, "--out", self.folder / "out", option, value)
                 refusal = own.stderr.removeprefix(f"{program}: ").replace("; see --help", "; see ./course run --help")
                 self.assertTrue(refusal.startswith(f"{option} must be "), own)
                 self.refuses("run", data, f"{option}={value}", naming=[f"course: {refusal}"])
@@ -285,8 +284,7 @@ class CommandLine(FolderTest):
         for words in (["help"], ["run", "--help"]):
             wanted = course(*words).stdout
             for command in (folder / "absolute", folder / "bin" / "relative", "relative"):
-                done = subprocess.run([command, *words], capture_output=True, text=True, cwd=folder,
-                                      env={**os.environ, "PATH": f"{folder / 'bin'}:{os.environ['PATH']}"})
+                done = run(command, *words, cwd=folder, env={**os.environ, "PATH": f"{folder / 'bin'}:{os.environ['PATH']}"})
                 self.assertEqual((done.returncode, done.stdout, done.stderr), (0, wanted, ""), command)
 
     def test_ctrl_c_ends_with_130(self):

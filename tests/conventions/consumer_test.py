@@ -8,7 +8,7 @@ import subprocess
 import unittest
 from functools import cache
 
-from tests.project import BUILD, CXX, EIGEN, ROOT
+from tests.project import BUILD, CXX, EIGEN, ROOT, run
 
 HERE = BUILD / "tests" / "consumer"
 CACHE = {"CCACHE_BASEDIR": str(ROOT), "CCACHE_NOHASHDIR": "1"}  # it knows them again wherever the project lies
@@ -116,14 +116,12 @@ class Consumer(unittest.TestCase):
 
     def test_a_program_with_another_alignment_does_not_compile(self):
         for words in (["-DEIGEN_MAX_ALIGN_BYTES=32"], ["-DEIGEN_MAX_STATIC_ALIGN_BYTES=32"], ["-include", "Eigen/Core"]):
-            done = subprocess.run([CXX, "-std=c++17", "-fsyntax-only", f"-I{ROOT}", f"-I{EIGEN}", *words, "-x", "c++",
-                                   ROOT / "ch5_backend/math/eigen_types.h"], capture_output=True, text=True)
+            done = run(CXX, "-std=c++17", "-fsyntax-only", f"-I{ROOT}", f"-I{EIGEN}", *words, "-x", "c++", ROOT / "ch5_backend/math/eigen_types.h")
             self.assertNotEqual(done.returncode, 0, words)
             self.assertIn(" ".join(ALIGNMENT), done.stderr)
 
     def test_an_older_language_is_named(self):
-        done = subprocess.run([CXX, "-std=c++14", "-fsyntax-only", f"-I{ROOT}", f"-I{EIGEN}", "-x", "c++",
-                               ROOT / "ch5_backend/math/eigen_types.h"], capture_output=True, text=True)
+        done = run(CXX, "-std=c++14", "-fsyntax-only", f"-I{ROOT}", f"-I{EIGEN}", "-x", "c++", ROOT / "ch5_backend/math/eigen_types.h")
         self.assertNotEqual(done.returncode, 0)
         self.assertIn("compile with -std=c++17", done.stderr)
 
@@ -132,8 +130,7 @@ class Consumer(unittest.TestCase):
         program = HERE / "layout.cc"
         program.write_text('#include "ch5_backend/math/eigen_types.h"\nint main() {}\n')
         for flag, links in (("-D_GLIBCXX_ASSERTIONS", True), ("-D_GLIBCXX_DEBUG", False), ("-D_GLIBCXX_USE_CXX11_ABI=0", False)):
-            done = subprocess.run([CXX, "-std=c++17", flag, f"-I{ROOT}", f"-I{EIGEN}", program, library, "-o", HERE / "layout"],
-                                  capture_output=True, text=True)
+            done = run(CXX, "-std=c++17", flag, f"-I{ROOT}", f"-I{EIGEN}", program, library, "-o", HERE / "layout")
             self.assertEqual((done.returncode == 0, "SameStandardLibrary" in done.stderr), (links, not links), flag)
 
     def test_a_subproject_leaves_its_parent_alone(self):

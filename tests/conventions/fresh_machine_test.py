@@ -3,10 +3,9 @@
 import os
 import shlex
 import shutil
-import subprocess
 
 from tests.folder import FolderTest
-from tests.project import ROOT
+from tests.project import ROOT, run
 
 PLAIN_TOOLS = ("sh", "dirname", "sed", "cat", "mktemp", "grep", "sort", "head", "rm", "ls", "env", "touch", "chmod")
 MISSING = "g++ cmake ninja-build ccache"  # what `run` needs and this PATH lacks
@@ -43,7 +42,7 @@ class FreshMachine(FolderTest):
 
     def course(self, *words, **variables):
         environment = {"PATH": str(self.bin), "TMPDIR": self.folder, "CH5_BUILD_DIR": self.folder / "build", **variables}
-        return subprocess.run([ROOT / "course", *words], env=environment, stdin=subprocess.DEVNULL, capture_output=True, text=True)
+        return run(ROOT / "course", *words, env=environment)
 
     def calls(self) -> str:
         return self.log.read_text() if self.log.exists() else ""

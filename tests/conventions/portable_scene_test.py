@@ -9,7 +9,7 @@ import tempfile
 import unittest
 from pathlib import Path
 
-from tests.project import CXX, EIGEN, ROOT
+from tests.project import CXX, EIGEN, ROOT, run
 
 HERE = Path(__file__).parent
 
@@ -19,7 +19,7 @@ def compile_object(compiler: str, flags: list, target: Path):
     launcher = [shutil.which("ccache")] if shutil.which("ccache") else []
     command = [*launcher, compiler, "-std=c++17", "-ffp-contract=off", f"-I{ROOT}", "-isystem", EIGEN,
                "-ffunction-sections", "-fdata-sections", *flags, "-c", str(HERE / "portable_scene.cc"), "-o", str(target)]
-    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+    return run(*command, cwd=ROOT)
 
 
 class PortableScene(unittest.TestCase):
@@ -34,10 +34,9 @@ class PortableScene(unittest.TestCase):
             done = compile_object(compiler, list(flags), target)
             self.assertEqual(done.returncode, 0, done.stderr)
             # What the headers bring along of graphs is dropped by the linker, so that the graph need not be compiled.
-            done = subprocess.run([compiler, *library, "-Wl,--gc-sections", str(target), "-o", str(program)],
-                                  capture_output=True, text=True)
+            done = run(compiler, *library, "-Wl,--gc-sections", target, "-o", program)
             self.assertEqual(done.returncode, 0, done.stderr)
-            printed = subprocess.run([program], capture_output=True, text=True, check=True).stdout
+            printed = run(program, check=True).stdout
         golden = (HERE / "portable_scene.golden").read_text(encoding="utf-8")
         self.assertEqual(printed.splitlines(), golden.splitlines())
 

@@ -2,11 +2,10 @@
 
 import json
 import shutil
-import subprocess
 import tempfile
 import unittest
 
-from tests.project import CXX, ROOT
+from tests.project import CXX, ROOT, run
 
 
 class Presets(unittest.TestCase):
@@ -20,5 +19,5 @@ class Presets(unittest.TestCase):
             with self.subTest(preset=name), tempfile.TemporaryDirectory() as folder:
                 compiler = "clang++" if name == "fuzz" else CXX
                 command = ["cmake", "--preset", name, "-B", folder, f"-DCMAKE_CXX_COMPILER={compiler}"]
-                done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+                done = run(*command, cwd=ROOT)
                 self.assertEqual(done.returncode, 0, done.stdout + done.stderr)

@@ -2,10 +2,9 @@
 
 import re
 import shutil
-import subprocess
 import unittest
 
-from tests.project import ROOT, tracked_files
+from tests.project import ROOT, run, tracked_files
 
 
 class Style(unittest.TestCase):
@@ -15,16 +14,14 @@ class Style(unittest.TestCase):
         # The skeleton is generated: its form follows from the solutions'.
         sources = [str(path) for path in tracked_files(".h", ".cc") if path.parts[0] != "ch5_homework"]
         self.assertGreater(len(sources), 20, "the walk must have found the sources")
-        done = subprocess.run(["clang-format", "--dry-run", "--Werror", *sources], cwd=ROOT, capture_output=True,
-                              text=True)
+        done = run("clang-format", "--dry-run", "--Werror", *sources, cwd=ROOT)
         first = [line for line in done.stderr.splitlines() if "error:" in line]
         self.assertEqual(done.returncode, 0, "\n".join(["", *first[:20], "mend with: clang-format -i FILE"]))
 
     def test_clang_tidy_configuration_is_valid(self):
         if not shutil.which("clang-tidy"):
             self.skipTest("clang-tidy is not installed")
-        done = subprocess.run(["clang-tidy", "--dump-config", "ch5_backend/graph/edge.cc", "--"], cwd=ROOT,
-                              capture_output=True, text=True)
+        done = run("clang-tidy", "--dump-config", "ch5_backend/graph/edge.cc", "--", cwd=ROOT)
         self.assertEqual(done.stderr, "")
         self.assertIn("readability-identifier-naming.ClassCase", done.stdout)
 

@@ -2,11 +2,10 @@
 
 import json
 import re
-import subprocess
 import unittest
 
 from ch5_backend.course.test import skipped, worth_reading
-from tests.project import BUILD
+from tests.project import BUILD, run
 
 JUNIT = """<testsuite>
 <testcase name="A" status="run"><system-out>[       OK ] A</system-out></testcase>
@@ -38,7 +37,7 @@ class Words(unittest.TestCase):
 class Names(unittest.TestCase):
     def test_every_test_has_a_name_of_its_own_that_can_be_typed(self):
         """No address, no value of a parameter, and so the same in each run."""
-        done = subprocess.run(["ctest", "--test-dir", str(BUILD), "--show-only=json-v1"], capture_output=True, text=True, check=True)
+        done = run("ctest", "--test-dir", BUILD, "--show-only=json-v1", check=True)
         names = [test["name"] for test in json.loads(done.stdout)["tests"]]
         self.assertGreater(len(names), 1000)
         self.assertEqual([name for name in names if not re.fullmatch(r"[\w./<>:,-]+", name)], [])

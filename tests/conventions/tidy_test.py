@@ -2,18 +2,17 @@
 
 import re
 import shutil
-import subprocess
 import tempfile
 import unittest
 from pathlib import Path
 
-from tests.project import BUILD, ROOT
+from tests.project import BUILD, ROOT, run
 
 SOURCES = r".*(ch5_backend|ch5_homework/judge|solutions|tests)/.*\.(h|cc)"
 
 
 def git(*words) -> str:
-    return subprocess.run(["git", *words], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    return run("git", *words, cwd=ROOT, check=True).stdout
 
 
 def faults_in(diff: str) -> str:
@@ -22,8 +21,7 @@ def faults_in(diff: str) -> str:
     with tempfile.TemporaryDirectory() as folder:  # the build's commands without what is GCC's: headers, collecting garbage
         commands = re.sub(r"-include \S+cmake_pch\.hxx |--param=ggc\S+ ", "", commands)
         Path(folder, "compile_commands.json").write_text(commands, encoding="utf-8")
-        done = subprocess.run(["clang-tidy-diff", "-p1", "-quiet", "-path", folder, "-regex", SOURCES, "-j", "2"],
-                              cwd=ROOT, input=diff, capture_output=True, text=True)
+        done = run("clang-tidy-diff", "-p1", "-quiet", "-path", folder, "-regex", SOURCES, "-j", "2", cwd=ROOT, input=diff)
     return "".join(line for line in done.stdout.splitlines(True) if "error:" in line)
 
 

@@ -2,13 +2,13 @@
 
 import os
 import re
-import subprocess
 import sys
 import unittest
 from pathlib import Path
 
 from tests.docs.engineers_test import rows
 from tests.docs.markdown import ROOT, read
+from tests.project import run
 
 from ch5_backend.course.documents import api, doxygen_filter, formulas
 from slides import browser
@@ -81,6 +81,6 @@ class Api(unittest.TestCase):
         self.assertEqual(undocumented(), [])
 
     def test_a_folder_of_other_things_is_not_replaced(self):
-        done = subprocess.run([sys.executable, "-m", "ch5_backend.course", "docs", "--out", ROOT / "tests"], capture_output=True, text=True)
+        done = run(sys.executable, "-m", "ch5_backend.course", "docs", "--out", ROOT / "tests")
         self.assertEqual(done.returncode, 2)
         self.assertIn("holds something else", done.stderr)

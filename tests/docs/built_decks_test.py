@@ -3,12 +3,11 @@
 import os
 import re
 import shutil
-import subprocess
 import sys
 
 from tests.docs.markdown import read, slides
 from tests.folder import FolderTest
-from tests.project import OUT
+from tests.project import OUT, run
 
 from ch5_backend.figures.tables import TableError
 from slides import browser, build
@@ -16,9 +15,8 @@ from slides import browser, build
 TABLES, BUILT = OUT / "csv", OUT / "slides"
 
 
-def run(*words, seed="1"):
-    return subprocess.run([sys.executable, "-m", "slides.build", *map(str, words)], text=True,
-                          capture_output=True, env={**os.environ, "PYTHONHASHSEED": seed})
+def built(*words, seed="1"):
+    return run(sys.executable, "-m", "slides.build", *words, env={**os.environ, "PYTHONHASHSEED": seed})
 
 
 class BuiltDecks(FolderTest):
@@ -51,7 +49,7 @@ class BuiltDecks(FolderTest):
     def test_built_again_one_is_the_same_to_the_byte(self):
         """Its words and its page; the figures of all: Docs.decks."""
         name = build.decks()[0].stem
-        done = run("--html", "--csv", TABLES, "--out", self.folder, name, seed="7")
+        done = built("--html", "--csv", TABLES, "--out", self.folder, name, seed="7")
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(self.pages[0].read_bytes(), (self.folder / f"{name}.html").read_bytes())
 
@@ -63,7 +61,7 @@ class BuiltDecks(FolderTest):
 
     def test_a_pdf_has_a_page_for_every_slide(self):
         name = build.decks()[0].stem
-        done = run("--csv", TABLES, "--out", self.folder, name)
+        done = built("--csv", TABLES, "--out", self.folder, name)
         self.assertEqual(done.returncode, 0, done.stderr)
         pdf = (self.folder / f"{name}.pdf").read_bytes()
         self.assertEqual(len(re.findall(rb"/Type\s*/Page\b", pdf)), len(slides(read(build.decks()[0]))) + 1)
@@ -72,17 +70,17 @@ class BuiltDecks(FolderTest):
         tables, out = self.folder / "csv", self.folder / "slides"
         shutil.copytree(TABLES, tables)
         words = "--csv", tables, "--out", out, "2-solvers.en"
-        self.assertEqual(run("--check", *words).returncode, 1)
-        self.assertEqual(run("--html", *words).returncode, 0)
+        self.assertEqual(built("--check", *words).returncode, 1)
+        self.assertEqual(built("--html", *words).returncode, 0)
         for name, was, now in (("paths", "-1.2,1,12.0", "-1.2,1,13.0"), ("losses", "huber,1,0.5", "huber,1,0.9")):
             table = tables / f"solver_{name}.csv"
             table.write_text(read(table).replace(was, now), encoding="utf-8")
-        stale = run("--check", *words)
+        stale = built("--check", *words)
         self.assertEqual(stale.returncode, 1)
         self.assertRegex(stale.stderr, r"number newton\.cost\[0\] \| f1 is out of date: 12\.1 on the slide, 13\.1 in the tables")
         self.assertRegex(stale.stderr, r"figure losses is out of date")
-        self.assertEqual(run("--html", *words).returncode, 0)
-        self.assertEqual(run("--check", *words).returncode, 0)
+        self.assertEqual(built("--html", *words).returncode, 0)
+        self.assertEqual(built("--check", *words).returncode, 0)
 
     def test_tables_of_an_older_version_are_named_with_the_remedy(self):
         """Rows that are not there yet, as gauge/csv/near_start.csv had none of one start."""
@@ -95,5 +93,5 @@ class BuiltDecks(FolderTest):
         old.chmod(0o755)
         script = ("from slides import browser; import shutil; shutil.which = lambda name: %r if name == 'node' else None\n"
                   "try: browser.node()\nexcept browser.BuildError as e: print(e.code, e)" % str(old))
-        done = subprocess.run([sys.executable, "-c", script], text=True, capture_output=True)
+        done = run(sys.executable, "-c", script)
         self.assertRegex(done.stdout, r"^2 the slides need Node\.js 18 or newer, but \S.*/node is v12\.22\.9; ")

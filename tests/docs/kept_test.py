@@ -1,13 +1,12 @@
 """The kept tables are what today's programs write: one trial of each, or a part of its flights, is computed anew."""
 
 import re
-import subprocess
 import unittest
 
 import numpy as np
 
 from tests.folder import FolderTest
-from tests.project import BUILD, DATA
+from tests.project import BUILD, DATA, run
 
 from ch5_backend.course.documents import measure_speed
 from ch5_backend.course.experiments.figure_sets import SYSTEMS
@@ -39,7 +38,7 @@ class KeptTables(FolderTest):
                     np.testing.assert_allclose(values[rows], before[rows], tolerance, 1e-9, err_msg=f"{name}, {column}")
 
     def program(self, name, *words):
-        done = subprocess.run([BUILD / "bin" / name, *map(str, words)], capture_output=True, text=True)
+        done = run(BUILD / "bin" / name, *words)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
 
     def test_the_first_trial_of_each_study_of_the_systems(self):

@@ -3,7 +3,6 @@
 import os
 import re
 import shutil
-import subprocess
 import sys
 import tempfile
 import unittest
@@ -13,6 +12,7 @@ from pathlib import Path
 from urllib.parse import unquote
 
 from tests.docs.markdown import ROOT, read
+from tests.project import run
 
 SITE = Path(os.environ.get("CH5_SITE", ROOT / "out/site")).resolve()
 
@@ -118,7 +118,6 @@ class Site(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             Path(folder, "site").mkdir()
             shutil.copy(__file__, Path(folder, "site"))
-            done = subprocess.run([sys.executable, "-m", "ch5_backend.course.documents.site", folder], capture_output=True, text=True,
-                                  cwd=ROOT)
+            done = run(sys.executable, "-m", "ch5_backend.course.documents.site", folder, cwd=ROOT)
             self.assertEqual(done.returncode, 2)
             self.assertIn("holds something else", done.stderr)

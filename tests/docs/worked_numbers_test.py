@@ -2,11 +2,11 @@
 
 import os
 import re
-import subprocess
 import unittest
 from pathlib import Path
 
 from tests.docs.markdown import ROOT, handouts
+from tests.project import run
 
 PROGRAM = Path(os.environ.get("CH5_HANDOUT_NUMBERS", ROOT / "build/release/tests/docs/handout_numbers"))
 
@@ -57,7 +57,7 @@ class WorkedNumbers(unittest.TestCase):
     def setUpClass(cls):
         if not PROGRAM.exists():
             raise unittest.SkipTest(f"{PROGRAM} is not built")
-        lines = subprocess.run([PROGRAM], capture_output=True, text=True, check=True).stdout.splitlines()
+        lines = run(PROGRAM, check=True).stdout.splitlines()
         cls.rows = [(name, [decimal(number) for number in numbers]) for name, *numbers in map(str.split, lines)]
 
     def test_every_number_is_the_solvers(self):

@@ -5,8 +5,8 @@ import random
 import re
 from pathlib import Path
 
-from tests.experiments.programs_under_test import AppTest, contents, real, run, table
-from tests.project import ROOT
+from tests.experiments.programs_under_test import AppTest, contents, real, table
+from tests.project import ROOT, run
 
 # Two cameras see three points; line 1 the counts, 2-7 observations, then cameras and points.
 GOOD = """2 3 6

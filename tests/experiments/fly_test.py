@@ -17,7 +17,7 @@ from ch5_backend.course.homework.regions import FILES, STAGES, solution_text
 from ch5_backend.figures.numbers.mine import EXPERIMENTS, Mine
 from tests.folder import FolderTest
 from tests.homework.hand_in import SKELETONS, hand_in
-from tests.project import BUILD
+from tests.project import BUILD, run
 
 FOLDER = Path(os.environ["CH5_CHECK_FOLDER"])
 OWN = os.environ["CH5_CHECK_PREFIX"] + "ch5_homework_mine"
@@ -35,8 +35,7 @@ MISTAKES = (
 
 class Fly(FolderTest):
     def course(self, *words) -> str:
-        done = subprocess.run([sys.executable, "-m", "ch5_backend.course", *words, "--out", str(self.folder)],
-                              capture_output=True, text=True, check=False)
+        done = run(sys.executable, "-m", "ch5_backend.course", *words, "--out", self.folder)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         return done.stdout
 
@@ -102,7 +101,7 @@ class Fly(FolderTest):
         """The program is linked once for each function, which then throws: its experiment must fail or change."""
         hand_in(FOLDER, **SKELETONS)
         build_or_fail([OWN])
-        commands = subprocess.run(["ninja", "-C", str(BUILD), "-t", "commands", OWN], check=True, capture_output=True, text=True).stdout.splitlines()
+        commands = run("ninja", "-C", BUILD, "-t", "commands", OWN, check=True).stdout.splitlines()
         link = shlex.split(commands[-1])  # ": && COMPILER … && :"
         link = link[link.index("&&") + 1:len(link) - 1 - link[::-1].index("&&")]
         idle = []
@@ -132,5 +131,5 @@ class Fly(FolderTest):
         return made
 
     def changes(self, program, experiment) -> bool:
-        done = subprocess.run([program, experiment, "--out", self.folder / "table"], check=False, capture_output=True, text=True)
+        done = run(program, experiment, "--out", self.folder / "table")
         return done.returncode != 0

@@ -11,8 +11,8 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from tests.folder import FolderTest
-from tests.experiments.programs_under_test import contents, run
-from tests.project import BUILD, OUT, ROOT
+from tests.experiments.programs_under_test import contents
+from tests.project import BUILD, OUT, ROOT, run
 
 HERE = Path(__file__).resolve().parent
 from ch5_backend.course.experiments import figure_sets
@@ -30,8 +30,7 @@ class PlotsTest(FolderTest):
         return {**os.environ, "CH5_BUILD_DIR": str(BUILD), "FAKE_LOG": str(self.log), **more}
 
     def fake(self, *words, **environment):
-        return subprocess.run([*FAKE, *map(str, words)], stdin=subprocess.DEVNULL, capture_output=True, text=True,
-                              timeout=120, env=self.environment(**environment))
+        return run(*FAKE, *words, env=self.environment(**environment))
 
     def succeed(self, *words, **environment):
         done = self.fake("--out", self.out, *words, **environment)
@@ -75,8 +74,7 @@ class Command(PlotsTest):
         self.assertFalse(self.out.exists())
 
     def test_data_that_are_not_there_are_said(self):
-        done = subprocess.run([ROOT / "course", "plots", "recording/tango", "--out", self.out], capture_output=True,
-                              text=True, timeout=60, env=self.environment(CH5_DATA_DIR=str(self.folder)))
+        done = run(ROOT / "course", "plots", "recording/tango", "--out", self.out, env=self.environment(CH5_DATA_DIR=str(self.folder)))
         self.assertEqual((done.returncode, done.stdout), (2, ""))
         self.assertEqual(done.stderr, f"course: left out: recording/tango_walk; their data are not in {self.folder}\n"
                          "course: nothing is left to draw\n")

@@ -1,10 +1,9 @@
 """Every program, called wrongly: exit 2, one line that names option and value, and no file touched."""
 
 import os
-import subprocess
 
 from tests.folder import FolderTest
-from tests.project import BUILD
+from tests.project import BUILD, run
 
 BIN = BUILD / "bin"
 
@@ -30,8 +29,7 @@ class Programs(FolderTest):
     def refuses(self, program, *words, naming=(), **environment):
         """Stands in the folder, where "out" is the default of --out, too."""
         before = {path: path.stat().st_mtime_ns for path in self.folder.rglob("*")}
-        done = subprocess.run([BIN / program, *words], stdin=subprocess.DEVNULL, capture_output=True, text=True,
-                              timeout=60, cwd=self.folder, env={**os.environ, **environment})
+        done = run(BIN / program, *words, cwd=self.folder, env={**os.environ, **environment})
         what = (program, words, done)
         self.assertEqual((done.returncode, done.stdout), (2, ""), what)
         self.assertEqual(done.stderr.count("\n"), 1, what)
@@ -42,7 +40,7 @@ class Programs(FolderTest):
 
     def test_help_names_every_option(self):
         for program in (*OF_FILES, *STUDIES):
-            done = subprocess.run([BIN / program, "--help"], capture_output=True, text=True, timeout=60)
+            done = run(BIN / program, "--help")
             self.assertEqual((done.returncode, done.stderr), (0, ""))
             for option in ("--out", *(option for option, programs in NUMBERS.items() if program in programs)):
                 self.assertIn(option, done.stdout, program)

@@ -2,18 +2,12 @@
 
 import csv
 import json
-import os
 import subprocess
 import sys
 from pathlib import Path
 
 from tests.folder import FolderTest
-from tests.project import BUILD, DATA, ROOT
-
-
-def run(program, *words, **options):
-    return subprocess.run([program, *map(str, words)], stdin=subprocess.DEVNULL, capture_output=True, text=True,
-                          timeout=280, env={**os.environ, "CH5_BUILD_DIR": str(BUILD)}, **options)
+from tests.project import BUILD, DATA, ROOT, run
 
 
 def table(path) -> list:

@@ -4,8 +4,8 @@ import csv
 import re
 import shutil
 
-from tests.experiments.programs_under_test import AppTest, contents, real, run, table
-from tests.project import BUILD, ROOT
+from tests.experiments.programs_under_test import AppTest, contents, real, table
+from tests.project import BUILD, ROOT, run
 
 SEGMENT = ["segment", "first_s", "last_s", "frames", "ate_m", "scale_error", "yaw_error_deg"]
 KEYS = ["policy", "ate_m", "scale_error", "yaw_error_deg", "realtime_factor", "p99_window_ms", "frames", "restarts",

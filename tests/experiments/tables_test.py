@@ -3,7 +3,6 @@
 import math
 import os
 import re
-import subprocess
 import sys
 import tempfile
 import unittest
@@ -16,13 +15,9 @@ from ch5_backend.figures import marginalize, report, style, tables, translate
 from ch5_backend.figures.numbers.windows import KEPT
 from ch5_backend.figures.words import Words
 from tests.experiments import report_texts
-from tests.project import ROOT
+from tests.project import ROOT, run
 
 CHAPTER = os.environ["CH5_CHAPTER"]
-
-
-def run(*arguments):
-    return subprocess.run([str(argument) for argument in arguments], capture_output=True, text=True, check=False)
 
 
 class Columns(unittest.TestCase):

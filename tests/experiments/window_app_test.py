@@ -3,8 +3,8 @@
 import random
 import re
 
-from tests.experiments.programs_under_test import AppTest, contents, run, table
-from tests.project import ROOT
+from tests.experiments.programs_under_test import AppTest, contents, table
+from tests.project import ROOT, run
 
 RESULTS = {"frames.csv", "trace.csv", "summary.csv", "corner-result.tum"}
 

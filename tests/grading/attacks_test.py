@@ -5,14 +5,13 @@ of the class, or harms an honest submission that is graded beside it. hostile.py
 import json
 import os
 import re
-import subprocess
 import sys
 import tempfile
 import time
 import unittest
 from pathlib import Path
 
-from tests.project import BUILD, ROOT
+from tests.project import BUILD, ROOT, run
 from tests.grading.hostile import FOLDER, HEAD, TAIL, read_attacks
 from tests.grading.sandbox_test import NO_OWN_USER
 from ch5_backend.course.grading.rubric import read_rubric
@@ -95,10 +94,9 @@ class Attacks(unittest.TestCase):
             if k % step == step - 1 or k == len(texts) - 1:
                 (subs / f"{k:02}{name}_then_honest").mkdir()
                 (subs / f"{k:02}{name}_then_honest" / file).write_bytes(solution + b"// %d" % k)
-        done = subprocess.run([sys.executable, "-X", "utf8", "-c", LIMITS, "grade", *sorted(subs.iterdir()), "--stages", ",".join(stages), "--jobs", "2", "--sandbox", self.SANDBOX,
-                               "--out", out, compilers], text=True, timeout=1500, stdin=subprocess.DEVNULL, capture_output=True,
-                              check=False, env={**os.environ, "CH5_BUILD_DIR": str(BUILD), "TMPDIR": str(temporary),
-                                                "PYTHONPATH": str(ROOT)})
+        done = run(sys.executable, "-X", "utf8", "-c", LIMITS, "grade", *sorted(subs.iterdir()), "--stages", ",".join(stages), "--jobs", "2",
+                   "--sandbox", self.SANDBOX, "--out", out, compilers, timeout=1500,
+                   env={**os.environ, "CH5_BUILD_DIR": str(BUILD), "TMPDIR": str(temporary), "PYTHONPATH": str(ROOT)})
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(list(temporary.iterdir()), [], "files of the grader are left")
         self.out = out

@@ -20,7 +20,7 @@ from unittest import mock
 from xml.etree import ElementTree
 
 from tests.folder import FolderTest
-from tests.project import BUILD, ROOT
+from tests.project import BUILD, ROOT, run
 from ch5_backend.course.base.errors import CourseError
 from ch5_backend.course.grading import job
 from ch5_backend.course.grading.grade import share, tell
@@ -41,8 +41,7 @@ GRADER = BIN.parent / "grader" / "toolchain.json"
 
 
 def grade(out: Path, *words, **options) -> subprocess.CompletedProcess:
-    return subprocess.run([str(ROOT / "course"), "grade", *map(str, words), "--out", str(out)], text=True, timeout=1200,
-                          stdin=subprocess.DEVNULL, capture_output=True, check=False, **{"env": environment(), **options})
+    return run(ROOT / "course", "grade", *words, "--out", out, **options)
 
 
 def environment() -> dict:
@@ -61,7 +60,7 @@ def records(out: Path) -> dict:
 class Rubric(unittest.TestCase):
     def test_it_gives_points_to_every_check_and_a_hundred_in_all(self):
         rubric, stages = read_rubric(), json.loads((ROOT / "ch5_homework" / "stages.json").read_text())["stages"]
-        printed = subprocess.run([BIN / "homework_judge", "--gtest_list_tests"], capture_output=True, text=True, check=True)
+        printed = run(BIN / "homework_judge", "--gtest_list_tests", check=True)
         checks, suite = {}, ""
         for line in printed.stdout.splitlines():
             if line.startswith("  "):
@@ -196,9 +195,8 @@ class Grades(FolderTest):
         self.folder.chmod(0o755)  # nobody starts it
         (tools / "bwrap").write_text("#!/bin/sh\necho no namespace for you >&2\nexit 1\n")
         (tools / "bwrap").chmod(0o755)
-        done = subprocess.run([ROOT / "course", "grade", path, "--stages", "3", "--seed", "2", "--out", self.out, "--sandbox", "bubblewrap"],
-                              env={**environment(), "PATH": f"{tools}:{os.environ['PATH']}"}, capture_output=True, text=True,
-                              check=False)
+        done = run(ROOT / "course", "grade", path, "--stages", "3", "--seed", "2", "--out", self.out, "--sandbox", "bubblewrap",
+                   env={**environment(), "PATH": f"{tools}:{os.environ['PATH']}"})
         self.assertNotEqual(done.returncode, 0)
         self.assertIn("no namespace for you", done.stderr)
         self.assertEqual(records(self.out)["one"]["score"], mark)

@@ -21,7 +21,7 @@ from ch5_backend.course.grading.rubric import read_rubric
 from ch5_backend.course.grading.student import tracked_files
 from tests.folder import FolderTest
 from tests.grading.grade_test import GRADER, environment
-from tests.project import ROOT
+from tests.project import ROOT, run
 
 
 class Packs(FolderTest):
@@ -96,7 +96,7 @@ class Packs(FolderTest):
         used = {key: value for key, value in os.environ.items() if not key.startswith("CH5_")} if whole else environment()
         used["AUTOGRADER"] = str(platform)
         for program in (unpacked / "setup.sh", platform / "run_autograder"):
-            done = subprocess.run([program], env=used, capture_output=True, text=True, check=False, stdin=subprocess.DEVNULL)
+            done = run(program, env=used)
             self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         results = json.loads((platform / "results" / "results.json").read_text(encoding="utf-8"))
         earned = [test for test in results["tests"] if test["number"] == "3"]

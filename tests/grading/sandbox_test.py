@@ -10,7 +10,7 @@ import unittest
 from pathlib import Path
 from unittest import mock
 
-from tests.project import ROOT
+from tests.project import ROOT, run
 from ch5_backend.course.base.errors import CourseError
 from ch5_backend.course.base.scratch import scratch
 from ch5_backend.course.grading import confine, engines
@@ -151,7 +151,7 @@ class Inside:
     def test_nothing_outlives_it(self):
         mark = f"4{os.getpid()}.5"  # seconds that nobody else sleeps
         self.shell(f"sleep {mark} & setsid sleep {mark} & (setsid sleep {mark} &) & exit 0")
-        left = subprocess.run(["pgrep", "-f", f"sleep {mark}"], capture_output=True, text=True, check=False).stdout
+        left = run("pgrep", "-f", f"sleep {mark}").stdout
         self.assertEqual(left, "")
 
     def test_memory_files_and_words_have_limits(self):
@@ -228,7 +228,7 @@ class WithNamespaces(Inside, unittest.TestCase):
             os.set_inheritable(secret.fileno(), True)
             with tempfile.TemporaryDirectory() as folder:
                 command = Namespaces(writable={"/out": folder}).wrap(["ls", "/proc/self/fd"])
-                found = subprocess.run(command, pass_fds=(secret.fileno(),), capture_output=True, text=True, check=False).stdout
+                found = run(*command, pass_fds=(secret.fileno(),)).stdout
         self.assertEqual(found.split(), ["0", "1", "2", "3"])  # 3 is the folder that ls reads
 
 

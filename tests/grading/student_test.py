@@ -12,7 +12,7 @@ from io import StringIO
 from pathlib import Path
 
 from tests.folder import FolderTest
-from tests.project import ROOT
+from tests.project import ROOT, run
 
 os.environ.setdefault("CH5_BUILD_DIR", os.environ.get("CH5_BUILD", ""))  # before it is read
 from ch5_backend.course.base.cmake_build import BUILD
@@ -103,7 +103,7 @@ class Archive(FolderTest):
     def test_what_it_cannot_do_it_says(self):
         put({"course": self.files["course"]}, self.folder)
         for command in ("grade", "pack", "slides", "docs", "site"):
-            done = subprocess.run(["sh", self.folder / "course", command], capture_output=True, text=True, check=False)
+            done = run("sh", self.folder / "course", command)
             self.assertEqual((done.returncode, f"students' archive, without '{command}'" in done.stderr), (2, True), command)
 
     def test_the_skeletons_come_out_of_it(self):
@@ -177,7 +177,7 @@ class Unpacked(FolderTest):
 
     def course(self, *words) -> subprocess.CompletedProcess:
         own = {key: value for key, value in os.environ.items() if not key.startswith("CH5_")}
-        return subprocess.run([self.place / "course", *words], cwd=self.place, env=own, text=True, capture_output=True, check=False)
+        return run(self.place / "course", *words, cwd=self.place, env=own)
 
     def states(self, *words) -> set:
         done = self.course("check", *words, "--json")

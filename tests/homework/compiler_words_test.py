@@ -13,6 +13,7 @@ from ch5_backend.course.homework.regions import ROOT, STAGES, fill, solution_tex
 from ch5_backend.course.homework import blanks, compiler, judge
 from ch5_backend.course.base.language import speaker
 from ch5_backend.course.homework.diagnosis import Verdict, because, in_short
+from tests.project import run
 
 ENGLISH = speaker("en")
 
@@ -94,8 +95,7 @@ class WordsOfTheCompiler(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "problem.cc"
             path.write_text(code)
-            said = subprocess.run(["g++", "-std=c++17", "-fsyntax-only", "-I/usr/include/eigen3", path], capture_output=True, text=True,
-                                  check=False).stderr.splitlines()
+            said = run("g++", "-std=c++17", "-fsyntax-only", "-I/usr/include/eigen3", path).stderr.splitlines()
         for number, (line, words) in enumerate(slips.items(), 4):
             error = next(one for one in said if f"problem.cc:{number}:" in one and "error: " in one)
             self.assertRegex(ENGLISH.text(compiler.explain_slip(error, error, code.encode())), words, line)

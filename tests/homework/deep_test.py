@@ -1,19 +1,18 @@
 """The second depth: more blanks, no lines to fill in, and never over a student's work."""
 
 import re
-import subprocess
 import sys
 
 from tests.folder import FolderTest
 from ch5_backend.course.homework.blanks import asks_deep, depth_of
 from ch5_backend.course.homework.make_skeleton import skeleton
 from ch5_backend.course.homework.regions import FILES, ROOT, regions, solution_text
+from tests.project import run
 
 
 class Deep(FolderTest):
     def course_deep(self, *words, command="deep"):
-        return subprocess.run([str(ROOT / "course"), command, *words], capture_output=True, text=True, check=False,
-                              env={"PATH": "/usr/bin:/bin", "CH5_HOMEWORK_DIR": str(self.folder)})
+        return run(ROOT / "course", command, *words, env={"PATH": "/usr/bin:/bin", "CH5_HOMEWORK_DIR": str(self.folder)})
 
     def texts(self):
         return {name: (self.folder / name).read_text(encoding="utf-8") for name in FILES}
@@ -103,6 +102,6 @@ class Deep(FolderTest):
 
     def test_a_deep_file_is_a_student_at_work(self):
         self.course_deep()
-        done = subprocess.run([sys.executable, "-m", "ch5_backend.course.homework.make_skeleton", "--check", "--output", str(self.folder)], check=False,
-                              capture_output=True, text=True, env={"PATH": "/usr/bin:/bin", "PYTHONPATH": str(ROOT)})
+        done = run(sys.executable, "-m", "ch5_backend.course.homework.make_skeleton", "--check", "--output", self.folder,
+                   env={"PATH": "/usr/bin:/bin", "PYTHONPATH": str(ROOT)})
         self.assertEqual(done.returncode, 77, done)

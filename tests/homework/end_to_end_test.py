@@ -13,13 +13,13 @@ from ch5_backend.course.base.cmake_build import BUILD
 from ch5_backend.course.homework.regions import fill, solution_text
 from tests.homework.chinese import english_in
 from tests.homework.hand_in import SKELETONS, hand_in
+from tests.project import run
 
 FOLDER = Path(os.environ["CH5_CHECK_FOLDER"])
 
 
 def course(*words: str) -> subprocess.CompletedProcess:
-    return subprocess.run([sys.executable, "-m", "ch5_backend.course", *words],
-                          capture_output=True, text=True, check=False)
+    return run(sys.executable, "-m", "ch5_backend.course", *words)
 
 
 def states(done: subprocess.CompletedProcess) -> dict:

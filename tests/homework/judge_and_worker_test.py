@@ -11,7 +11,7 @@ from pathlib import Path
 
 from ch5_backend.course.homework.regions import STAGES
 from tests.grading.hostile import bare_attacks
-from tests.project import BUILD, ROOT
+from tests.project import BUILD, ROOT, run
 
 BIN = BUILD / "bin"
 A_FEW = "Stage3.OnePrior*:Stage3.NoneAt*:Stage3.Drift*"  # in the last one weights are large
@@ -113,8 +113,7 @@ class TheWall(unittest.TestCase):
         others = {"worker", "unset_memory", "wire", "values", "submission", "seed", "check"}
         scenes = {path.stem for path in (JUDGE / "scenes").glob("*.cc")}
         for name in names():
-            members = subprocess.run(["ar", "t", BIN.parent / "lib" / f"libworker_{name}.a"], capture_output=True, text=True,
-                                     check=True).stdout.split()
+            members = run("ar", "t", BIN.parent / "lib" / f"libworker_{name}.a", check=True).stdout.split()
             stems = {member.partition(".")[0] for member in members}
             self.assertIn(name, stems)
             self.assertEqual(stems - others - scenes - {name}, set(), name)
@@ -124,15 +123,13 @@ class Archives(unittest.TestCase):
     def test_no_answer_can_be_called(self):
         for name in names():
             for archive in (f"libworker_{name}.a", f"libworker_layers_{name}.a"):
-                symbols = subprocess.run(["nm", "--demangle", "--defined-only", BIN.parent / "lib" / archive],
-                                         capture_output=True, text=True, check=True).stdout.splitlines()
+                symbols = run("nm", "--demangle", "--defined-only", BIN.parent / "lib" / archive, check=True).stdout.splitlines()
                 defined = [line.split(maxsplit=2)[2] for line in symbols if re.match(r"[0-9a-f]{16} [A-Za-z] ", line)]
                 self.assertGreater(len(defined), 50)
                 self.assertEqual([symbol for symbol in defined if ANSWERS.match(symbol)], [], archive)
 
     def test_the_search_finds_answers(self):
-        symbols = subprocess.run(["nm", "--demangle", "--defined-only", BIN / "homework_judge"], capture_output=True,
-                                 text=True, check=True).stdout
+        symbols = run("nm", "--demangle", "--defined-only", BIN / "homework_judge", check=True).stdout
         for name in ("FactorNormalEquations", "EliminateVertices", "homework::StackedNormalEquations"):
             self.assertTrue(any(name in line and ANSWERS.match(line.split(maxsplit=2)[2]) for line in symbols.splitlines()
                                 if len(line.split(maxsplit=2)) == 3), name)

@@ -11,7 +11,7 @@ import numpy as np
 from ch5_backend.course.documents.paper import NAMES, QUESTIONS, Example, answers, example, laid_out, what_is_wrong
 from tests.folder import FolderTest
 from tests.homework.chinese import english_in
-from tests.project import ROOT
+from tests.project import ROOT, run
 
 EDGES = ((0, 0, "2.4", 2), (1, 0, "2.6", 2), (0, 1, "4.4", 3), (1, 1, "2.8", 6))
 OF_THE_HANDOUT = Example(tuple((pose, landmark, Fraction(d), Fraction(W)) for pose, landmark, d, W in EDGES), (Fraction(1), Fraction(1)))
@@ -96,8 +96,8 @@ class Slips(unittest.TestCase):
 
 class Dialogue(FolderTest):
     def paper(self, lines: list, *words) -> subprocess.CompletedProcess:
-        return subprocess.run([ROOT / "course", "paper", "--seed", "3", *words], input="".join(line + "\n" for line in lines), capture_output=True,
-                              text=True, env={**os.environ, "LC_ALL": "C.UTF-8"})
+        return run(ROOT / "course", "paper", "--seed", "3", *words, input="".join(line + "\n" for line in lines),
+                   env={**os.environ, "LC_ALL": "C.UTF-8"})
 
     def right(self) -> list:
         return [" ".join(f"{float(x):.6g}" for x in row) for _, parts in QUESTIONS for name in parts for row in answers(example(3))[name][2]]

@@ -1,12 +1,11 @@
 """The preset homework: what a grader without ./course sees of the skeleton, the solutions, and a file that is broken."""
 
-import subprocess
 import unittest
 import xml.etree.ElementTree as xml
 
 from ch5_backend.course.homework.regions import STAGES
 from tests.homework.hand_in import SKELETONS, hand_in
-from tests.project import BUILD
+from tests.project import BUILD, run
 
 FOLDER = BUILD / "tests" / "homework" / "trial"
 
@@ -15,14 +14,12 @@ class PlainCTest(unittest.TestCase):
     def verdicts(self, label="homework"):
         """{name: (status, output)} of all tests with this label, and CTest's exit code."""
         report = BUILD / "trial_ctest" / "marks.xml"
-        done = subprocess.run(["ctest", "--test-dir", str(BUILD / "trial_ctest"), "-L", label, "-j2", "--output-junit", str(report)],
-                              capture_output=True, text=True, check=False)
+        done = run("ctest", "--test-dir", BUILD / "trial_ctest", "-L", label, "-j2", "--output-junit", report)
         cases = xml.parse(report).getroot().iter("testcase")
         return {case.get("name"): (case.get("status"), case.findtext("system-out") or "") for case in cases}, done.returncode
 
     def test_what_the_preset_builds_is_there(self):
-        done = subprocess.run(["cmake", "--build", str(BUILD), "--target", "homework_ready"], capture_output=True, text=True,
-                              check=False)
+        done = run("cmake", "--build", BUILD, "--target", "homework_ready")
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
     def test_skeleton_solutions_and_a_broken_file(self):

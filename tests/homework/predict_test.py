@@ -9,13 +9,12 @@ from ch5_backend.course.homework.predict import NAME, QUESTIONS, asked_in, compa
 from ch5_backend.course.homework.regions import STAGES
 from tests.folder import FolderTest
 from tests.homework.chinese import english_in
-from tests.project import ROOT
+from tests.project import ROOT, run
 
 
 class Predict(FolderTest):
     def predict(self, lines: str, *words) -> subprocess.CompletedProcess:
-        return subprocess.run([ROOT / "course", "predict", *words], input=lines, capture_output=True, text=True,
-                              env={**os.environ, "LC_ALL": "C.UTF-8", "CH5_CHECK_FOLDER": str(self.folder)})
+        return run(ROOT / "course", "predict", *words, input=lines, env={**os.environ, "LC_ALL": "C.UTF-8", "CH5_CHECK_FOLDER": str(self.folder)})
 
     def kept(self) -> str:
         return (self.folder / NAME).read_text(encoding="utf-8")

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from ch5_backend.course.documents import lab
 from slides import browser, npm
-from tests.project import BUILD, ROOT
+from tests.project import BUILD, ROOT, run
 
 PAGE = Path(os.environ.get("CH5_LAB_PAGE", ROOT / "out" / "lab.html"))
 PROGRAM = BUILD / "bin" / "ch5_lab"
@@ -41,7 +41,7 @@ FLIGHTS = ("panel=window", "panel=window&image=29", "panel=window&image=20&track
 
 
 def native(query, program=PROGRAM):
-    done = subprocess.run([program, query], capture_output=True, text=True, env={**os.environ, "CH5_SIMD": "portable"})
+    done = run(program, query, env={**os.environ, "CH5_SIMD": "portable"})
     return json.loads(done.stdout)
 
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.experiments.programs_under_test import AppTest, real, run, table
-from tests.project import BUILD, ROOT
+from tests.experiments.programs_under_test import AppTest, real, table
+from tests.project import BUILD, ROOT, run
 
 MOTION = "imu0/data.csv"
 SENSOR = "cam0/sensor.yaml"
