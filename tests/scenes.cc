@@ -12,13 +12,6 @@
 namespace ch5::test {
 namespace {
 
-template <int N>
-Eigen::Matrix<double, N, 1> NormalVector(Random* random, double sigma) {
-  Eigen::Matrix<double, N, 1> x;
-  for (int i = 0; i < N; ++i) x[i] = sigma * random->Normal();
-  return x;
-}
-
 // A random symmetric positive definite matrix with eigenvalues of order `scale`, off-diagonal entries included.
 template <int N>
 Eigen::Matrix<double, N, N> RandomInformation(Random* random, double scale) {
@@ -68,13 +61,13 @@ void AddPoints(Graph* graph, bool correlated) {
   std::vector<std::shared_ptr<VertexPose>> poses;
   for (int i = 0; i < 6; ++i) {
     const Vec3 p(0.5 * i, 0.3 * random.Normal(), 0.2 * random.Normal());
-    poses.push_back(std::make_shared<VertexPose>(ExpSO3(NormalVector<3>(&random, 0.1)), p));
+    poses.push_back(std::make_shared<VertexPose>(ExpSO3(NormalVector(&random, 0.1)), p));
     poses.back()->SetFixed(i < 2);
     graph->AddVertex(poses.back());
   }
   for (int k = 0; k < 40; ++k) {
     const Vec3 p_W(random.Uniform(-3, 5), random.Uniform(-3, 3), random.Uniform(6, 12));
-    auto point = std::make_shared<VertexPointXYZ>(p_W + NormalVector<3>(&random, 0.05));
+    auto point = std::make_shared<VertexPointXYZ>(p_W + NormalVector(&random, 0.05));
     graph->AddVertex(point);
     for (int i = 0; i < 6; ++i) {
       if (i > 1 && random.Uniform() < 0.5) continue;
@@ -92,7 +85,7 @@ std::vector<std::shared_ptr<VertexCameraBAL>> AddBal(Graph* graph, int cameras, 
   std::vector<std::shared_ptr<VertexCameraBAL>> vertices;
   for (int i = 0; i < cameras; ++i) {
     Vec9 x;
-    x << NormalVector<3>(&random, 0.1), 0.5 * i, NormalVector<2>(&random, 0.2), 500.0 + 10.0 * i, -0.05, 0.01;
+    x << NormalVector(&random, 0.1), 0.5 * i, NormalVector<2>(&random, 0.2), 500.0 + 10.0 * i, -0.05, 0.01;
     vertices.push_back(std::make_shared<VertexCameraBAL>(x));
     graph->AddVertex(vertices.back());
   }
@@ -107,7 +100,7 @@ std::vector<std::shared_ptr<VertexCameraBAL>> AddBal(Graph* graph, int cameras, 
       exact.ComputeResidual();
       graph->AddEdge(std::make_shared<EdgeBAL>(camera, point, exact.GetResidual() + NormalVector<2>(&random, 1.0)));
     }
-    point->SetEstimate(p_W + NormalVector<3>(&random, 0.02));
+    point->SetEstimate(p_W + NormalVector(&random, 0.02));
   }
   return vertices;
 }
@@ -138,7 +131,7 @@ void AddExtrinsic(Graph* graph) {
 void AddPoseOnly(Graph* graph) {
   Random random(14);
   for (int i = 0; i < 3; ++i) {
-    auto pose = std::make_shared<VertexPose>(ExpSO3(NormalVector<3>(&random, 0.2)), NormalVector<3>(&random, 0.5));
+    auto pose = std::make_shared<VertexPose>(ExpSO3(NormalVector(&random, 0.2)), NormalVector(&random, 0.5));
     graph->AddVertex(pose);
     auto prior = std::make_shared<EdgeSE3Prior>(pose, Qd::Identity(), Vec3::Zero());
     prior->SetInformation(RandomInformation<6>(&random, 1.0));
@@ -158,8 +151,7 @@ void AddMixed(Graph* graph) {
   Random random(15);
   std::vector<std::shared_ptr<VertexPose>> poses;
   for (int i = 0; i < 3; ++i) {
-    poses.push_back(
-        std::make_shared<VertexPose>(ExpSO3(NormalVector<3>(&random, 0.05)), NormalVector<3>(&random, 0.3)));
+    poses.push_back(std::make_shared<VertexPose>(ExpSO3(NormalVector(&random, 0.05)), NormalVector(&random, 0.3)));
     graph->AddVertex(poses.back());
     graph->AddEdge(std::make_shared<EdgeSE3Prior>(poses.back(), Qd::Identity(), Vec3::Zero()));
   }
@@ -168,7 +160,7 @@ void AddMixed(Graph* graph) {
   for (int k = 0; k < 5; ++k) graph->AddEdge(std::make_shared<EdgeCurveFitting>(vector, 0.2 * k, 1.0 + 0.3 * k));
   std::vector<std::shared_ptr<VertexPointXYZ>> points;
   for (int k = 0; k < 8; ++k) {
-    points.push_back(std::make_shared<VertexPointXYZ>(NormalVector<3>(&random, 1.0)));
+    points.push_back(std::make_shared<VertexPointXYZ>(NormalVector(&random, 1.0)));
     graph->AddVertex(points.back());
     for (int i = 0; i < 3; ++i) {
       auto edge = std::make_shared<MixedEdge>(points[k], poses[i], cameras[1 + (i + k) % 3], vector, &random);

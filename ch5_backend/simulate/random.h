@@ -49,13 +49,13 @@ class Random {
   uint64_t state_;
 };
 
-/// Three independent normals of deviation `sigma`: x, then y, then z. (As arguments of a constructor they would be drawn
-/// in an order that C++ leaves open.)
-inline Vec3 NormalVector(Random* random, double sigma) {
-  const double x = random->Normal();
-  const double y = random->Normal();
-  const double z = random->Normal();
-  return {sigma * x, sigma * y, sigma * z};
+/// N independent normals of deviation `sigma`: x, then y, then z. (As arguments of a constructor they would be drawn in an
+/// order that C++ leaves open.)
+template <int N = 3>
+Eigen::Matrix<double, N, 1> NormalVector(Random* random, double sigma) {
+  Eigen::Matrix<double, N, 1> x;
+  for (int i = 0; i < N; ++i) x[i] = sigma * random->Normal();
+  return x;
 }
 
 /// A point of the box between two corners, each coordinate uniform: x, then y, then z.

@@ -13,10 +13,7 @@ namespace {
 std::vector<Vec3> Cloud(int count, uint64_t seed) {
   Random random(seed);
   std::vector<Vec3> points;
-  for (int i = 0; i < count; ++i) {
-    const double x = random.Uniform(-3, 3), y = random.Uniform(-3, 3), z = random.Uniform(-3, 3);
-    points.emplace_back(x, y, z);
-  }
+  for (int i = 0; i < count; ++i) points.push_back(UniformVector(&random, Vec3(-3, -3, -3), Vec3(3, 3, 3)));
   return points;
 }
 

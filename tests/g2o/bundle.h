@@ -23,12 +23,9 @@ struct Bundle {
   /// @param shuffled  the same members under the same ids, added in another order
   explicit Bundle(int num_poses, int num_points, double noise = 1.0, double start = 0.02, bool shuffled = false) {
     Random random(21);
-    const auto normal3 = [&](double sigma) {
-      const double x = random.Normal(), y = random.Normal(), z = random.Normal();
-      return Vec3(sigma * Vec3(x, y, z));
-    };
     for (int i = 0; i < num_poses; ++i) {
-      poses.push_back(std::make_shared<VertexPose>(ExpSO3(normal3(0.1)), Vec3(0.5 * i, 0, 0) + normal3(0.1)));
+      poses.push_back(std::make_shared<VertexPose>(ExpSO3(NormalVector(&random, 0.1)),
+                                                   Vec3(0.5 * i, 0, 0) + NormalVector(&random, 0.1)));
       poses.back()->SetFixed(i < 2);
       truth.push_back(poses.back()->Parameters());
     }
@@ -45,11 +42,11 @@ struct Bundle {
       }
     }
     for (const auto& pose : poses) {
-      const Vec3 p = normal3(start), theta = normal3(start);
+      const Vec3 p = NormalVector(&random, start), theta = NormalVector(&random, start);
       const Vec6 delta = (Vec6() << p, theta).finished();
       if (!pose->IsFixed()) pose->Plus(delta.data());
     }
-    for (const auto& point : points) point->Plus(normal3(start).data());
+    for (const auto& point : points) point->Plus(NormalVector(&random, start).data());
     Add(shuffled);
   }
 

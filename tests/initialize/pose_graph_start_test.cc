@@ -8,7 +8,6 @@
 #include "ch5_backend/simulate/random.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
 #include "ch5_backend/types/pose_graph/as_transform.h"
-#include "tests/derivatives.h"
 
 namespace ch5 {
 namespace {
@@ -65,8 +64,7 @@ struct Scene {
 };
 
 Vec6 Noise(Random* random, bool spatial, double sigma) {
-  Vec6 noise;
-  for (int k = 0; k < 6; ++k) noise[k] = sigma * random->Normal();
+  Vec6 noise = NormalVector<6>(random, sigma);
   if (!spatial) noise.segment<3>(2).setZero();
   return noise;
 }

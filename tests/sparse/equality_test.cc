@@ -18,13 +18,6 @@ double RelativeError(const MatXX& actual, const MatXX& expected) {
   return expected.size() == 0 ? 0.0 : (actual - expected).norm() / std::max(expected.norm(), 1e-300);
 }
 
-VecX RandomVector(int size) {
-  Random random(3);
-  VecX v(size);
-  for (int i = 0; i < size; ++i) v[i] = random.Normal();
-  return v;
-}
-
 // All systems of one scene, each with its own copy of the graph. The first is the oracle.
 class AllSolvers : public testing::TestWithParam<Scene> {
  protected:
@@ -86,7 +79,8 @@ class AllSolvers : public testing::TestWithParam<Scene> {
 TEST_P(AllSolvers, AgreeOnHessianAndGradient) {
   Problem& oracle = *candidates_[0].dense;
   oracle.MakeHessian();
-  const VecX v = RandomVector(oracle.Size());
+  Random random(3);
+  const VecX v = VecX::NullaryExpr(oracle.Size(), [&] { return random.Normal(); });
   for (Candidate& candidate : candidates_) {
     SCOPED_TRACE(candidate.name);
     ASSERT_EQ(candidate.system->Size(), oracle.Size());

@@ -12,13 +12,6 @@
 namespace ch5::test {
 namespace {
 
-VecX RandomDirection(int size) {
-  Random random(9);
-  VecX v(size);
-  for (int i = 0; i < size; ++i) v[i] = random.Normal();
-  return v;
-}
-
 // A scene at its first linearization.
 struct System {
   Graph graph;
@@ -89,7 +82,9 @@ TEST(SlotFactors, LeaveHPositiveAndTheGradientExact) {
   EXPECT_LT((scaled - MatXX(d.asDiagonal() * H_exact * d.asDiagonal())).cwiseAbs().maxCoeff(), 3e-7);
   EXPECT_GT(Eigen::SelfAdjointEigenSolver<MatXX>(scaled).eigenvalues()[0], -1e-13 * static_cast<double>(H.rows()));
 
-  const VecX v = RandomDirection(static_cast<int>(H.rows())), product = inexact.solver->MultiplyHessian(v);
+  Random random(9);
+  const VecX v = VecX::NullaryExpr(H.rows(), [&] { return random.Normal(); });
+  const VecX product = inexact.solver->MultiplyHessian(v);
   EXPECT_LT((product - H * v).norm(), 1e-12 * H.norm() * v.norm());
 }
 

@@ -29,10 +29,6 @@ G2oFile SimulateSphere() {
     file.ids.push_back(k);
   }
   Random random(1);
-  const auto noise = [&](double sigma) -> Vec3 {
-    const double x = random.Normal(), y = random.Normal(), z = random.Normal();
-    return sigma * Vec3(x, y, z);
-  };
   Vec6 weights;  // r holds half of the rotation vector
   weights << Vec3::Constant(1.0 / (kSigmaPosition * kSigmaPosition)),
       Vec3::Constant(4.0 / (kSigmaRotation * kSigmaRotation));
@@ -40,8 +36,8 @@ G2oFile SimulateSphere() {
     for (const int j : {i + 1, i + kPosesOfRing}) {
       if (j >= kPoses) continue;
       const Transform T_i_j = Inverse({poses[i]->q(), poses[i]->p()}) * Transform{poses[j]->q(), poses[j]->p()};
-      const Vec3 position = T_i_j.p + noise(kSigmaPosition);
-      const Qd rotation = T_i_j.q * ExpSO3(noise(kSigmaRotation));
+      const Vec3 position = T_i_j.p + NormalVector(&random, kSigmaPosition);
+      const Qd rotation = T_i_j.q * ExpSO3(NormalVector(&random, kSigmaRotation));
       const auto edge = std::make_shared<EdgeSE3Between>(poses[i], poses[j], rotation, position);
       edge->SetInformation(weights.asDiagonal().toDenseMatrix());
       file.graph.AddEdge(edge);
