@@ -6,18 +6,15 @@
 #include <string>
 
 #include "ch5_backend/graph/graph.h"
+#include "tests/temporary_folder.h"
 
 namespace ch5::test {
 
 /// Fails unless `action` throws an Error whose text holds `words`.
 template <typename Error, typename Action>
 void ExpectError(const Action& action, const std::string& words) {
-  try {
-    action();
-    FAIL() << "no error; expected: " << words;
-  } catch (const Error& error) {
-    EXPECT_NE(std::string(error.what()).find(words), std::string::npos) << error.what();
-  }
+  const std::string what = Refusal<Error>(action);
+  EXPECT_NE(what.find(words), std::string::npos) << (what.empty() ? "no error" : what);
 }
 
 template <typename Action>

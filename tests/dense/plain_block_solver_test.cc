@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "ch5_backend/types/visual/edge_reprojection.h"
+#include "tests/temporary_folder.h"
 
 namespace ch5::test {
 namespace {
@@ -19,12 +20,7 @@ TEST(SparseBlocks, HaveTheBlocksThatWereAddedAndNameTheOthers) {
   EXPECT_EQ(A.All().size(), 1u);
   A.SetZero();
   EXPECT_EQ(A(1, 4), MatXX::Zero(6, 3));
-  try {
-    A(4, 1);
-    FAIL() << "there is no such block";
-  } catch (const std::out_of_range& error) {
-    EXPECT_STREQ(error.what(), "H_pl has no block (4, 1)");
-  }
+  EXPECT_EQ(Refusal<std::out_of_range>([&] { A(4, 1); }), "H_pl has no block (4, 1)");
 }
 
 TEST(PlainBlockSolver, ALandmarkThatNobodySeesWellEnoughIsRefused) {

@@ -8,6 +8,7 @@
 #include "ch5_backend/experiments/studies/recording_warnings.h"
 #include "ch5_backend/files/text_reader.h"
 #include "ch5_backend/simulate/sensors/simulation.h"
+#include "tests/temporary_folder.h"
 #include "tests/window/simulations.h"
 
 namespace ch5 {
@@ -112,12 +113,9 @@ TEST(ImplausibleReadings, ZerosRepeatsAndSpikesAreLeftOutAndNamed) {
     EXPECT_EQ(recording.imu.size(), all - count);
     const std::string place = "imu.csv:" + std::to_string(line) + ": at ";
     EXPECT_EQ(warnings[0].detail.rfind(place, 0), 0u) << warnings[0].detail;
-    try {
-      CheckReadings("imu.csv", LinesOf(again), /*strict=*/true, &again);
-      FAIL() << "refused if strict";
-    } catch (const FileError& error) {
-      EXPECT_EQ(std::string(error.what()).rfind(place, 0), 0u) << error.what();
-    }
+    const std::string refused =
+        test::Refusal<FileError>([&] { CheckReadings("imu.csv", LinesOf(again), /*strict=*/true, &again); });
+    EXPECT_EQ(refused.rfind(place, 0), 0u) << refused;
   }
 }
 

@@ -1,9 +1,7 @@
 #include "ch5_backend/experiments/studies/pose_graph_study.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <filesystem>
 #include <string>
 
 #include "ch5_backend/files/tables/text_writer.h"
@@ -11,6 +9,7 @@
 #include "ch5_backend/sparse/sparse_optimizer.h"
 #include "ch5_backend/types/pose_graph/edge_between.h"
 #include "tests/data_folder.h"
+#include "tests/temporary_folder.h"
 
 namespace ch5 {
 namespace {
@@ -148,16 +147,12 @@ class RealGraph : public testing::TestWithParam<Known> {
  protected:
   void SetUp() override {
     const std::string name = GetParam().name;
-    made_up_ = name.rfind("line", 0) == 0;
-    path_ = made_up_ ? testing::TempDir() + "ch5_" + name + "_" + std::to_string(getpid()) + ".g2o"
-                     : (DataFolder() / "posegraph" / (name + ".g2o")).string();
-    if (made_up_) WriteFileAtomically(path_, MakeLine(name == "line_in_space"));
+    const bool made_up = name.rfind("line", 0) == 0;
+    path_ = (made_up ? folder_.Path() : DataFolder() / "posegraph") / (name + ".g2o");
+    if (made_up) WriteFileAtomically(path_, MakeLine(name == "line_in_space"));
     CH5_NEEDS(path_);
   }
-  void TearDown() override {
-    if (made_up_) std::filesystem::remove(path_);
-  }
-  bool made_up_ = false;
+  test::TemporaryFolder folder_;
   std::string path_;
 };
 

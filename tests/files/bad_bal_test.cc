@@ -8,6 +8,7 @@
 
 #include "ch5_backend/files/bal.h"
 #include "ch5_backend/files/text_reader.h"
+#include "tests/temporary_folder.h"
 
 namespace ch5 {
 namespace {
@@ -28,11 +29,6 @@ std::string Join(const std::vector<std::string>& lines) {
 
 class BadBal : public testing::Test {
  protected:
-  void SetUp() override {
-    path_ = testing::TempDir() + "ch5_bad_" + testing::UnitTest::GetInstance()->current_test_info()->name() + ".txt";
-  }
-  void TearDown() override { fs::remove(path_); }
-
   void Write(const std::string& text) const {
     fs::remove(path_);  // some file systems flush a file that is written over, which takes its time
     std::ofstream(path_, std::ios::binary) << text;
@@ -41,12 +37,7 @@ class BadBal : public testing::Test {
   // The message, or "" if the file is taken.
   std::string Message(const std::string& text) const {
     Write(text);
-    try {
-      ReadBal(path_);
-    } catch (const FileError& error) {
-      return error.what();
-    }
-    return "";
+    return test::Refusal<FileError>([&] { ReadBal(path_); });
   }
 
   // The file with its line `line` (from 1) replaced is refused with "path:line: words".
@@ -56,7 +47,8 @@ class BadBal : public testing::Test {
     EXPECT_EQ(Message(Join(lines)), path_ + ":" + std::to_string(line) + ": " + words) << replacement;
   }
 
-  std::string path_;
+  test::TemporaryFolder folder_;
+  std::string path_ = folder_ / "bad.txt";
 };
 
 TEST_F(BadBal, TheGoodFileIsTaken) {
@@ -66,12 +58,7 @@ TEST_F(BadBal, TheGoodFileIsTaken) {
 
 TEST_F(BadBal, MissingFilesAndFoldersAndDevices) {
   const auto expect = [](const std::string& path, const std::string& message) {
-    try {
-      ReadBal(path);
-      FAIL() << path;
-    } catch (const FileError& error) {
-      EXPECT_EQ(error.what(), message);
-    }
+    EXPECT_EQ(test::Refusal<FileError>([&] { ReadBal(path); }), message);
   };
   expect("/no/such/file.txt", "/no/such/file.txt: cannot be read: No such file or directory");
   expect("/tmp", "/tmp: cannot be read: it is a directory");

@@ -3,39 +3,24 @@
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
-#include <unistd.h>
 
 #include <csignal>
 #include <cstdlib>
-#include <fstream>
 #include <limits>
-#include <sstream>
+
+#include "tests/temporary_folder.h"
 
 namespace ch5 {
 namespace {
 
 class Csv : public testing::Test {
  protected:
-  void SetUp() override { std::filesystem::create_directories(folder_); }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
-  static std::string Read(const std::filesystem::path& path) {
-    std::ostringstream text;
-    text << std::ifstream(path).rdbuf();
-    return text.str();
-  }
   static std::string WhyNot(const std::filesystem::path& path) {
-    try {
-      WriteFileAtomically(path, "new");
-    } catch (const WriteError& error) {
-      return error.what();
-    }
-    return "";
+    return test::Refusal<WriteError>([&] { WriteFileAtomically(path, "new"); });
   }
 
-  std::filesystem::path folder_ =
-      std::filesystem::temp_directory_path() /
-      ("ch5_csv_" + std::to_string(getpid()) + testing::UnitTest::GetInstance()->current_test_info()->name());
+  test::TemporaryFolder temporary_;
+  std::filesystem::path folder_ = temporary_.Path();
 };
 
 TEST_F(Csv, NumbersReadBackToTheSameBits) {
@@ -57,7 +42,7 @@ TEST_F(Csv, RowsAreTheHeadersWidth) {
 
 TEST_F(Csv, FilesAreMadeWithTheirFolders) {
   WriteFileAtomically(folder_ / "a" / "b" / "c.csv", "x\n1\n");
-  EXPECT_EQ(Read(folder_ / "a" / "b" / "c.csv"), "x\n1\n");
+  EXPECT_EQ(test::ReadText(folder_ / "a" / "b" / "c.csv"), "x\n1\n");
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_ / "a" / "b"), {}), 1) << "and nothing else";
 }
 
@@ -74,7 +59,7 @@ TEST_F(Csv, AFullDiskLeavesTheOldFileAndSaysWhy) {
   setrlimit(RLIMIT_FSIZE, &before);
   std::signal(SIGXFSZ, handler);
   EXPECT_EQ(why, "cannot write " + path.string() + ": File too large");
-  EXPECT_EQ(Read(path), "old");
+  EXPECT_EQ(test::ReadText(path), "old");
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_), {}), 1) << "nothing is left of the attempt";
 }
 
@@ -84,15 +69,15 @@ TEST_F(Csv, TwoBatchesOfTheSameFileDoNotTouchEachOther) {
   one.Add(path, "one\n");
   other.Add(path, "the other\n");
   one.Commit();
-  EXPECT_EQ(Read(path), "one\n");
+  EXPECT_EQ(test::ReadText(path), "one\n");
   other.Commit();
-  EXPECT_EQ(Read(path), "the other\n");
+  EXPECT_EQ(test::ReadText(path), "the other\n");
 }
 
 TEST_F(Csv, ANameMayBeAsLongAsTheSystemAllows) {
   const auto path = folder_ / (std::string(251, 'x') + ".csv");
   WriteFileAtomically(path, "x\n");
-  EXPECT_EQ(Read(path), "x\n");
+  EXPECT_EQ(test::ReadText(path), "x\n");
 }
 
 TEST_F(Csv, TheInputIsNotOverwrittenUnderAnyOfItsNames) {
@@ -104,7 +89,7 @@ TEST_F(Csv, TheInputIsNotOverwrittenUnderAnyOfItsNames) {
     batch.Add(other, "result");
     EXPECT_THROW(batch.Add(path, "result"), WriteError) << path;
   }
-  EXPECT_EQ(Read(input), "mine");
+  EXPECT_EQ(test::ReadText(input), "mine");
   EXPECT_FALSE(std::filesystem::exists(other));
 }
 
@@ -116,7 +101,7 @@ TEST_F(Csv, AFolderThatRemainsEmptyGoesAgain) {
     WriteFileAtomically(full / "c.csv", "x\n");
   }
   EXPECT_TRUE(std::filesystem::is_empty(empty)) << "it is there, and c is not";
-  EXPECT_EQ(Read(full / "c.csv"), "x\n");
+  EXPECT_EQ(test::ReadText(full / "c.csv"), "x\n");
 }
 
 TEST_F(Csv, APlaceThatCannotBeWrittenIsNamed) {

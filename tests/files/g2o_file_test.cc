@@ -11,6 +11,7 @@
 #include "ch5_backend/simulate/random.h"
 #include "ch5_backend/types/pose_graph/edge_between.h"
 #include "tests/data_folder.h"
+#include "tests/temporary_folder.h"
 
 namespace ch5 {
 namespace {
@@ -22,12 +23,6 @@ constexpr char kUnitW[] = "1 0 0 0 0 0 1 0 0 0 0 1 0 0 0 1 0 0 1 0 1";
 
 class G2o : public testing::Test {
  protected:
-  G2o() {
-    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    path_ = (std::filesystem::path(testing::TempDir()) / (std::string("ch5_g2o_") + test->name() + ".g2o")).string();
-  }
-  ~G2o() override { std::filesystem::remove(path_); }
-
   G2oFile Read(const std::string& text) const {
     std::ofstream(path_, std::ios::binary) << text;
     return ReadG2o(path_);
@@ -35,17 +30,13 @@ class G2o : public testing::Test {
 
   // The message must begin with "path:line: " and hold `part`.
   void ExpectError(const std::string& text, int line, const std::string& part) const {
-    try {
-      Read(text);
-      ADD_FAILURE() << "no error from\n" << text;
-    } catch (const FileError& error) {
-      const std::string what = error.what();
-      EXPECT_EQ(what.find(path_ + ":" + std::to_string(line) + ": "), 0u) << what;
-      EXPECT_NE(what.find(part), std::string::npos) << what;
-    }
+    const std::string what = test::Refusal<FileError>([&] { Read(text); });
+    EXPECT_EQ(what.find(path_ + ":" + std::to_string(line) + ": "), 0u) << what << text;
+    EXPECT_NE(what.find(part), std::string::npos) << what;
   }
 
-  std::string path_;
+  test::TemporaryFolder folder_;
+  std::string path_ = folder_ / "graph.g2o";
 };
 
 TEST_F(G2o, ReadsPosesEdgesAndFixed) {
@@ -104,13 +95,8 @@ TEST_F(G2o, QuaternionsWithTheScalarFirstAreRefused) {
   for (const double guess : {0.0, 0.2, 2.0}) {
     EXPECT_NO_THROW(Read(Path(guess, false, false))) << guess;
     for (const bool poses : {false, true}) {
-      try {
-        Read(Path(guess, poses, true));
-        ADD_FAILURE() << guess;
-      } catch (const FileError& error) {
-        const std::string what = error.what();
-        EXPECT_EQ(what.find(path_ + ": the quaternions stand as w x y z, but g2o's order is x y z w"), 0u) << what;
-      }
+      const std::string what = test::Refusal<FileError>([&] { Read(Path(guess, poses, true)); });
+      EXPECT_EQ(what.find(path_ + ": the quaternions stand as w x y z, but g2o's order is x y z w"), 0u) << what;
     }
   }
   const std::string path = Path(0.0, false, true), edges = path.substr(path.find("EDGE"));
@@ -320,13 +306,9 @@ TEST_F(G2o, OtherFilesAreRefused) {
   ExpectError(std::string(kTwoPoses) + std::string("\0\0\0", 3) + "\n", 3, "\\x00");
   EXPECT_THROW(Read(""), FileError);
   EXPECT_THROW(Read("# nothing\n\n"), FileError);
-  try {
-    std::ofstream(path_, std::ios::binary) << "VERTEX_CAM 0 1 2 3 0 0 0\n";
-    ReadG2o(path_, {false, true});
-    ADD_FAILURE() << "a tag that is not known, and nothing else";
-  } catch (const FileError& error) {
-    EXPECT_NE(std::string(error.what()).find("VERTEX_SE2, not with VERTEX_CAM"), std::string::npos) << error.what();
-  }
+  std::ofstream(path_, std::ios::binary) << "VERTEX_CAM 0 1 2 3 0 0 0\n";  // a tag that is not known, and nothing else
+  const std::string what = test::Refusal<FileError>([&] { ReadG2o(path_, {false, true}); });
+  EXPECT_NE(what.find("VERTEX_SE2, not with VERTEX_CAM"), std::string::npos) << what;
   EXPECT_THROW(ReadG2o("/nowhere/graph.g2o"), FileError);
 }
 

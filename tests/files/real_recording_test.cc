@@ -1,6 +1,5 @@
 /// A recorded flight, and a simulated one for who lacks it: its files are read, and its measurements agree with its ground truth.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -12,6 +11,7 @@
 #include "ch5_backend/simulate/sensors/simulation.h"
 #include "ch5_backend/types/inertial/preintegration.h"
 #include "tests/data_folder.h"
+#include "tests/temporary_folder.h"
 
 namespace ch5 {
 namespace {
@@ -74,12 +74,11 @@ class Flights : public testing::TestWithParam<Flight> {
  protected:
   void SetUp() override {
     const bool is_real = std::string(GetParam().name) == "recorded";
-    const fs::path folder = is_real ? DataFolder() / "euroc_v1_01_easy"
-                                    : fs::path(testing::TempDir()) / ("ch5_flight_" + std::to_string(getpid()));
+    const test::TemporaryFolder made;
+    const fs::path folder = is_real ? DataFolder() / "euroc_v1_01_easy" : made.Path();
     if (!is_real) WriteRecording(Simulated(), folder);
     CH5_NEEDS(folder);
     recording_ = ReadRecording(folder);
-    if (!is_real) fs::remove_all(folder);
   }
   Recording recording_;
 };
@@ -92,10 +91,9 @@ INSTANTIATE_TEST_SUITE_P(, Flights,
                          [](const auto& info) { return std::string(info.param.name); });
 
 TEST(SimulatedFlight, IsReadWhole) {
-  const fs::path folder = fs::path(testing::TempDir()) / ("ch5_simulated_" + std::to_string(getpid()));
-  WriteRecording(Simulated(), folder);
-  const Recording recording = ReadRecording(folder);
-  fs::remove_all(folder);
+  const test::TemporaryFolder folder;
+  WriteRecording(Simulated(), folder.Path());
+  const Recording recording = ReadRecording(folder.Path());
   EXPECT_EQ(recording.imu.size(), 1601u);
   EXPECT_EQ(recording.images.size(), 161u);
   EXPECT_EQ(recording.calibration.fx, ForwardCamera().fx);

@@ -2,18 +2,16 @@
 
 #include <gtest/gtest.h>
 
-#include <unistd.h>
-
 #include <algorithm>
-#include <fstream>
 #include <limits>
 #include <sstream>
 
 #include "ch5_backend/files/tables/text_writer.h"
 #include "ch5_backend/files/yaml_file.h"
+#include "ch5_backend/simulate/random.h"
 #include "ch5_backend/simulate/sensors/paths.h"
-#include "ch5_backend/simulate/sensors/scene_points.h"
 #include "ch5_backend/simulate/sensors/simulation.h"
+#include "tests/temporary_folder.h"
 
 namespace ch5 {
 namespace {
@@ -24,8 +22,6 @@ namespace fs = std::filesystem;
 class RecordingFile : public testing::Test {
  protected:
   void SetUp() override {
-    folder_ = fs::temp_directory_path() / ("ch5_recording_" + std::to_string(getpid()));
-    fs::remove_all(folder_);
     Random random(1);
     std::vector<Vec3> points(20);
     for (Vec3& point : points) point = UniformVector(&random, Vec3(4, -3, -2), Vec3(6, 3, 2));
@@ -36,12 +32,8 @@ class RecordingFile : public testing::Test {
     recording_.origin_ns = 1403715273262143232;
     WriteRecording(recording_, folder_);
   }
-  void TearDown() override { fs::remove_all(folder_); }
 
-  std::string Read(const std::string& name) {
-    std::ifstream file(folder_ / name);
-    return {std::istreambuf_iterator<char>(file), {}};
-  }
+  std::string Read(const std::string& name) { return test::ReadText(folder_ / name); }
   void Write(const std::string& name, const std::string& text) { WriteFileAtomically(folder_ / name, text); }
 
   // Line `n` (from 1) of a file, without its end.
@@ -68,16 +60,13 @@ class RecordingFile : public testing::Test {
 
   // What is wrong with the folder, without the folder's name.
   std::string Message() {
-    try {
-      ReadRecording(folder_);
-      return "";
-    } catch (const FileError& error) {
-      const std::string message = error.what(), prefix = folder_.string() + "/";
-      return message.rfind(prefix, 0) == 0 ? message.substr(prefix.size()) : message;
-    }
+    const std::string message = test::Refusal<FileError>([&] { ReadRecording(folder_); });
+    const std::string prefix = folder_.string() + "/";
+    return message.rfind(prefix, 0) == 0 ? message.substr(prefix.size()) : message;
   }
 
-  fs::path folder_;
+  test::TemporaryFolder temporary_;
+  fs::path folder_ = temporary_.Path();
   Recording recording_;
 };
 

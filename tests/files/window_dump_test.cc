@@ -1,11 +1,11 @@
 #include "ch5_backend/files/window_dump.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include "ch5_backend/files/tables/text_writer.h"
 #include "tests/data_folder.h"
 #include "tests/files/made_up_window.h"
+#include "tests/temporary_folder.h"
 
 namespace ch5 {
 namespace {
@@ -41,9 +41,6 @@ END
 
 class WindowDumpFile : public testing::Test {
  protected:
-  void SetUp() override { path_ = fs::temp_directory_path() / ("ch5_window_" + std::to_string(getpid()) + ".txt"); }
-  void TearDown() override { fs::remove(path_); }
-
   WindowDump Read(const std::string& text) {
     WriteFileAtomically(path_, text);
     return ReadWindowDump(path_);
@@ -57,15 +54,12 @@ class WindowDumpFile : public testing::Test {
     return Message(text.replace(at, what.size(), by));
   }
   std::string Message(const std::string& text) {
-    try {
-      Read(text);
-      return "";
-    } catch (const FileError& error) {
-      return std::string(error.what()).substr(path_.string().size());
-    }
+    const std::string said = test::Refusal<FileError>([&] { Read(text); });
+    return said.substr(std::min(said.size(), path_.string().size()));
   }
 
-  fs::path path_;
+  test::TemporaryFolder folder_;
+  fs::path path_ = folder_ / "window.txt";
 };
 
 TEST_F(WindowDumpFile, EveryNumberOfModelAndFramesGoesToItsPlace) {

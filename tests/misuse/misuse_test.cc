@@ -1,9 +1,6 @@
 /// The library used wrongly: each case with what it says. Nothing may crash, and nothing may be silent.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <filesystem>
-#include <fstream>
 #include <functional>
 #include <limits>
 
@@ -29,6 +26,7 @@
 #include "ch5_backend/types/visual/edge_reprojection.h"
 #include "ch5_backend/types/visual/edge_track.h"
 #include "ch5_backend/window/start/dynamic_initialization.h"
+#include "tests/temporary_folder.h"
 
 namespace ch5 {
 namespace {
@@ -226,21 +224,12 @@ std::string StartFrom(const StampedState& state, const MatXX& J,
 
 // The flight's folder with one file changed, read.
 std::string ReadChanged(const std::string& name, const std::function<void(std::string*)>& change) {
-  namespace fs = std::filesystem;
-  const fs::path folder = fs::temp_directory_path() / ("ch5_misuse_" + std::to_string(getpid()));
-  WriteRecording(Flight(), folder);
-  std::ifstream file(folder / name);
-  std::string text{std::istreambuf_iterator<char>(file), {}};
+  const test::TemporaryFolder folder;
+  WriteRecording(Flight(), folder.Path());
+  std::string text = test::ReadText(folder / name);
   change(&text);
   WriteFileAtomically(folder / name, text);
-  std::string message;
-  try {
-    ReadRecording(folder);
-  } catch (const FileError& error) {
-    message = error.what();
-  }
-  fs::remove_all(folder);
-  return message;
+  return test::Refusal<FileError>([&] { ReadRecording(folder.Path()); });
 }
 
 // ---- the table -------------------------------------------------------------------------------------------------------

@@ -1,5 +1,4 @@
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <map>
@@ -7,12 +6,11 @@
 #include "ch5_backend/experiments/studies/odometry.h"
 #include "ch5_backend/simulate/random.h"
 #include "ch5_backend/track/track_images.h"
+#include "tests/temporary_folder.h"
 #include "tests/track/lenses.h"
 
 namespace ch5 {
 namespace {
-
-namespace fs = std::filesystem;
 
 TEST(Lens, BendsAsWorkedByHand) {
   Lens lens;
@@ -84,9 +82,6 @@ TEST(Essential, OutliersAreToldFromInliers) {
 
 class RenderedFlight : public testing::Test {
  protected:
-  RenderedFlight() : folder_(fs::temp_directory_path() / ("rendered_flight_" + std::to_string(getpid()))) {}
-  ~RenderedFlight() override { fs::remove_all(folder_); }
-
   TrackedRecording Follow(RenderOptions options, double seconds) {
     options.path.duration = seconds;
     options.path.standstill_seconds = 1.0;
@@ -94,7 +89,8 @@ class RenderedFlight : public testing::Test {
     return TrackImages(ReadEurocFolder(folder_));
   }
 
-  fs::path folder_;
+  test::TemporaryFolder temporary_;
+  std::filesystem::path folder_ = temporary_.Path();
 };
 
 // The point of the wall at which a track began, as later images must see it [px].

@@ -1,5 +1,4 @@
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <ostream>
@@ -14,6 +13,7 @@
 #include "ch5_backend/sparse/sparse_solver.h"
 #include "tests/data_folder.h"
 #include "tests/files/made_up_window.h"
+#include "tests/temporary_folder.h"
 
 namespace ch5 {
 namespace {
@@ -32,7 +32,7 @@ class WindowDumps : public testing::TestWithParam<Reference> {
   void SetUp() override {
     if (reference_.name == std::string(kMadeUp)) {
       const test::MadeUpWindow made = test::MakeWindow();
-      path_ = std::filesystem::path(testing::TempDir()) / ("ch5_made_up_" + std::to_string(getpid()) + ".txt");
+      path_ = folder_ / "made_up.txt";
       WriteFileAtomically(path_, made.text);
       reference_.initial = made.cost;
       WindowGraph window = BuildWindowGraph(ReadWindowDump(path_));
@@ -42,15 +42,13 @@ class WindowDumps : public testing::TestWithParam<Reference> {
       CH5_NEEDS(path_);
     }
   }
-  void TearDown() override {
-    if (reference_.name == std::string(kMadeUp)) std::filesystem::remove(path_);
-  }
   static SolveOptions ToTheEnd() {
     SolveOptions options;
     options.max_iterations = 200;
     options.cost_tolerance = 1e-9;
     return options;
   }
+  test::TemporaryFolder folder_;
   std::filesystem::path path_;
   Reference reference_ = GetParam();
 };
@@ -106,12 +104,8 @@ TEST(WindowGraph, RefusesAPriorOnSpeedsWithoutImu) {
   dump.prior_blocks.push_back({WindowDump::BlockKind::kSpeedBias, 0, VecX::Zero(9)});
   dump.prior_r = VecX::Zero(1);
   dump.prior_J = MatXX::Zero(1, 9);
-  try {
-    BuildWindowGraph(dump);
-    FAIL();
-  } catch (const std::invalid_argument& error) {
-    EXPECT_STREQ(error.what(), "the prior holds speed and biases of frame 0, but the window has no IMU");
-  }
+  EXPECT_EQ(test::Refusal<std::invalid_argument>([&] { BuildWindowGraph(dump); }),
+            "the prior holds speed and biases of frame 0, but the window has no IMU");
 }
 
 INSTANTIATE_TEST_SUITE_P(, WindowDumps,
