@@ -254,12 +254,9 @@ TEST(Robustness, ACameraThatOnlyTurnsIsNotRejected) {
             {walk * Sin(t), constant(0.5) * walk, constant(0.2) * walk * Cos(s)}, Sin(constant(0.7) * t), {}, {}};
       },
       16.0);
-  Random random(1);
-  const auto points = PointsOnPlanes(RoomWalls(Vec3(-8, -8, -4), Vec3(8, 8, 4)), 3000, &random);
   SimulationOptions options;
   options.camera.pixel_sigma = 0.5;
-  options.camera.max_tracks = 60;
-  ExpectUnbroken(SimulateRecording(path, points, options), 0.15);
+  ExpectUnbroken(SimulateInHall(path, options), 0.15);
 }
 
 struct Rest {
@@ -282,13 +279,10 @@ Recording SimulateRest(const Rest& rest) {
             {0.6 * walk * Sin(s) + sway, 0.5 * walk * Cos(s), 0.1 * walk - 0.5 * sway}, 0.2 * walk, {}, 0.05 * walk};
       },
       2.0 * kWalk + rest.seconds);
-  Random random(1);
   SimulationOptions options;
-  options.camera.max_tracks = 60;
   options.camera.pixel_sigma = rest.pixel_sigma;
   options.camera.drop_probability = rest.drop_probability;
-  const auto points = PointsOnPlanes(RoomWalls(Vec3(-8, -8, -4), Vec3(8, 8, 4)), 3000, &random);
-  return SimulateRecording(path, points, options);
+  return SimulateInHall(path, options);
 }
 
 // A car at a crossing, a drone that hovers: while the images rest, tracks end, and those that begin have no depth.

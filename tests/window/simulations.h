@@ -29,6 +29,13 @@ inline Recording SimulateRoom(RoomOptions options = {}) {
   return SimulateInRoom(path, 1500, options.simulation, options.seed);
 }
 
+/// In a hall of 16 by 16 by 8 m, with 60 tracks.
+inline Recording SimulateInHall(const Trajectory& path, SimulationOptions options = {}) {
+  Random random(1);
+  options.camera.max_tracks = 60;
+  return SimulateRecording(path, PointsOnPlanes(RoomWalls(Vec3(-8, -8, -4), Vec3(8, 8, 4)), 3000, &random), options);
+}
+
 /// 2 m/s on a level circle, looking ahead: the force is the same all the time, so that nothing tells a larger or smaller
 /// circle from a bias of the accelerometer.
 inline Recording SimulateCircle(double duration) {
@@ -39,10 +46,7 @@ inline Recording SimulateCircle(double duration) {
         return Coordinates{{kRadius * Sin(angle), -kRadius * Cos(angle), {}}, angle, {}, {}};
       },
       duration);
-  Random random(1);
-  SimulationOptions options;
-  options.camera.max_tracks = 60;
-  return SimulateRecording(circle, PointsOnPlanes(RoomWalls(Vec3(-8, -8, -4), Vec3(8, 8, 4)), 3000, &random), options);
+  return SimulateInHall(circle);
 }
 
 /// To the bit.
