@@ -35,14 +35,6 @@ TEST(G2o, G7_TenTrialsAndNoMore) {
   EXPECT_EQ(summary.termination, Termination::kNoDecrease);
 }
 
-TEST(G2o, G7_EndsWhereTheCostDoesNotMove) {
-  ScriptedSystem system = OneUnknown(4.0, 6.0, {10.0, 8.0, 8.0, 7.0});
-  const Summary summary = Minimize(&system, WithoutStopRules(Algorithm::kLevenbergMarquardt, 20));
-  EXPECT_EQ(summary.iterations, 2) << "ρ = 0 in the second";
-  EXPECT_EQ(summary.termination, Termination::kNoDecrease) << "the model promised more: " << summary.message;
-  EXPECT_EQ(summary.final_cost, 8.0);
-}
-
 // ---- G8: Dogleg --------------------------------------------------------------------------------------------------
 
 // H = diag(1, 9), b = (3, 9):  Gauss-Newton's step (3, 1), ‖·‖ = √10; the Cauchy point is 1.157 long.

@@ -1,12 +1,12 @@
 // What g2o promises of SparseOptimizer and its graph. The rows and where they are tested:
 //
-//   G1   H Δx = b with b = −JᵀΩe                  solve/normal_equations.h     system_conformance_test.cc
+//   G1   H Δx = b with b = −JᵀΩe                  solve/normal_equations.h     ../sparse/structure_test.cc, ../dense/problem_test.cc
 //   G2   initializeOptimization, levels           graph/ordering.h             graph_conformance_test.cc, optimizer_conformance_test.cc
 //   G3   the index mapping, in order of ids       graph/ordering.h             graph_conformance_test.cc, system_conformance_test.cc
 //   G4   no edge between landmarks                sparse/steps/structure.h     system_conformance_test.cc
 //   G5   numeric Jacobians                        graph/edge.h                 system_conformance_test.cc
 //   G6   robust kernels                           graph/loss.h                 system_conformance_test.cc, ../graph/loss_test.cc
-//   G7   Levenberg–Marquardt                      solve/step_strategy.h         algorithm_conformance_test.cc, system_conformance_test.cc
+//   G7   Levenberg–Marquardt                      solve/step_strategy.h         algorithm_conformance_test.cc, ../solve/minimizer_test.cc
 //   G8   Dogleg                                   solve/step_strategy.h         algorithm_conformance_test.cc
 //   G9   the terminate action                     solve/minimizer.h            optimizer_conformance_test.cc
 //   G10  what optimize returns                    sparse/sparse_optimizer.h     optimizer_conformance_test.cc
@@ -15,7 +15,7 @@
 //   G13  all linear solvers give the same x       linear/reduced_solver.h       ../sparse/equality_test.cc
 //   G14  what a graph refuses                     graph/graph.h                graph_conformance_test.cc
 //   G15  .g2o files, the choice in three steps    files/g2o_file.h                   optimizer_conformance_test.cc, ../files/g2o_file_test.cc
-//        buildStructure, setLambda, saveHessian   sparse/sparse_solver.h                system_conformance_test.cc
+//        buildStructure, setLambda, saveHessian   sparse/sparse_solver.h                system_conformance_test.cc, ../sparse/structure_test.cc
 #include <gtest/gtest.h>
 
 #include <fstream>

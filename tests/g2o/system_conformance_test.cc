@@ -1,11 +1,9 @@
 // What g2o promises of its BlockSolver: H and b, their structure, damping, the file of H. optimizer_conformance_test.cc lists all rows.
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
 #include <map>
 #include <sstream>
 
-#include "ch5_backend/dense/problem.h"
 #include "ch5_backend/sparse/save_hessian.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
 #include "ch5_backend/types/edge_se3_prior.h"
@@ -16,26 +14,6 @@
 
 namespace ch5::test {
 namespace {
-
-TEST(G2o, G1_SolvesHxEqualsBWithMinusJtWe) {
-  // r = x₁ − x₀ − (1, 0, 0) with x₀ = 0 fixed, x₁ = (1.1, 0.3, −0.2):  H = I, b = −r.
-  PointChain chain(2);
-  chain.points[0]->SetFixed();
-  const VecX expected = (VecX(3) << -0.1, -0.3, 0.2).finished();
-  Problem dense(&chain.graph);
-  SparseOptimizer optimizer(&chain.graph);
-  for (NormalEquations* system :
-       {static_cast<NormalEquations*>(&dense), static_cast<NormalEquations*>(&optimizer.GetSolver())}) {
-    system->MakeHessian();
-    EXPECT_LT((system->RightHandSide() - expected).norm(), 1e-10);
-    VecX delta_x;
-    ASSERT_TRUE(system->SolveLinearSystem(0.0, &delta_x));
-    EXPECT_LT((delta_x - expected).norm(), 1e-9);
-  }
-  SparseSolver minimal(&chain.graph);
-  minimal.SetOrdering();  // dimensions are those of the increments: a pose would be 6, not 7
-  EXPECT_EQ(minimal.Size(), 3);
-}
 
 TEST(G2o, G3_ShuffledInsertionGivesTheSameBits) {
   for (const int threads : {1, 2}) {
@@ -144,28 +122,6 @@ TEST(G2o, BuildStructure_TheSchurPatternIsWhichPosesShareALandmark) {
   for (int j = 0; j < 7; ++j) {
     for (int i = j; i < 7; ++i) EXPECT_EQ(S.Find(i, j) >= 0, i - j <= 2) << i << ", " << j;
   }
-}
-
-TEST(G2o, SetLambda_DampsEveryDiagonalEntryAndLeavesHAsItWas) {
-  Bundle bundle(6, 40);
-  SparseOptimizer optimizer(&bundle.graph);
-  optimizer.SetDamping(Damping::kIdentity);
-  SparseSolver& solver = optimizer.GetSolver();
-  solver.MakeHessian();
-  const MatXX H = solver.DenseHessian();
-  const VecX b = solver.RightHandSide(), v = VecX::LinSpaced(solver.Size(), -1.0, 2.0);
-  VecX first, delta_x;
-  ASSERT_TRUE(solver.SolveLinearSystem(0.0, &first));
-  for (const double lambda : {1e8, 1e3}) {  // of poses and landmarks alike: g2o's setLambda …
-    ASSERT_TRUE(solver.SolveLinearSystem(lambda, &delta_x));
-    const VecX expected = MatXX(H + lambda * MatXX::Identity(H.rows(), H.cols())).llt().solve(b);
-    EXPECT_LT((delta_x - expected).norm(), 1e-9 * expected.norm());
-  }
-  EXPECT_EQ(solver.DenseHessian(), H) << "… and its restoreDiagonal, which has nothing to do here";
-  EXPECT_EQ(solver.RightHandSide(), b);
-  EXPECT_LT((solver.MultiplyHessian(v) - H * v).norm(), 1e-12 * (H * v).norm());
-  ASSERT_TRUE(solver.SolveLinearSystem(0.0, &delta_x));
-  EXPECT_EQ(delta_x, first);
 }
 
 TEST(G2o, SaveHessian_ReadsBackToTheSameBits) {

@@ -51,6 +51,7 @@ TEST(StopRules, EachEndsTheRunWhereItShould) {
   ExpectEnd("a small step up where it should be down", 6.0, {10, 13}, Termination::kNoDecrease, 1, 10,
             [](auto* o) { o->step_tolerance = 0.5; });
   ExpectEnd("a step that moves nothing", 6.0, {10, 10}, Termination::kNoDecrease, 1, 10);
+  ExpectEnd("the same after a good step", 6.0, {10, 8, 8, 7}, Termination::kNoDecrease, 2, 8);
   ExpectEnd("the same of a method that takes every step", 6.0, {10, 10}, Termination::kNoDecrease, 1, 10,
             [](auto* o) { o->algorithm = Algorithm::kGaussNewton; });
   ExpectEnd("a small step to no number", 6.0, {10, NAN}, Termination::kNoDecrease, 1, 10,

@@ -95,13 +95,14 @@ TEST(Elimination, OfOneLandmarkByHand) {
   SparseSolver solver(&small.graph);
   solver.SetOrdering();
   solver.MakeHessian();
-  EXPECT_EQ(solver.DenseHessian(), (MatXX(2, 2) << 2, -1, -1, 2).finished());
+  const MatXX H = (MatXX(2, 2) << 2, -1, -1, 2).finished();
+  EXPECT_EQ(solver.DenseHessian(), H);
   EXPECT_EQ(solver.RightHandSide(), Vec2(-1, 7));
   EXPECT_EQ(solver.HessianDiagonal(), Vec2(2, 2));
   EXPECT_EQ(solver.MultiplyHessian(Vec2(1, 3)), Vec2(-1, 5));
   for (const Case& one :
-       {Case{0.0, Damping::kIdentity, 2.0 - 1.0 / 2.0, -1.0 + 7.0 / 2.0, Vec2(5, 13) / 3.0, 43.0 / 3.0},
-        Case{1.0, Damping::kIdentity, 3.0 - 1.0 / 3.0, -1.0 + 7.0 / 3.0, Vec2(0.5, 2.5), 11.75},
+       {Case{1.0, Damping::kIdentity, 3.0 - 1.0 / 3.0, -1.0 + 7.0 / 3.0, Vec2(0.5, 2.5), 11.75},
+        Case{0.0, Damping::kIdentity, 2.0 - 1.0 / 2.0, -1.0 + 7.0 / 2.0, Vec2(5, 13) / 3.0, 43.0 / 3.0},
         Case{1.0, Damping::kDiagonal, 4.0 - 1.0 / 4.0, -1.0 + 7.0 / 4.0, Vec2(0.2, 1.8), 9.48}}) {
     SCOPED_TRACE(one.S);
     solver.SetDamping(one.damping);
@@ -111,6 +112,8 @@ TEST(Elimination, OfOneLandmarkByHand) {
     EXPECT_DOUBLE_EQ(solver.GetEliminated().b_S[0], one.b_S);
     EXPECT_LT((step - one.delta_x).norm(), 1e-14);
     EXPECT_DOUBLE_EQ(solver.ModelCostChange(step), one.model_cost_change);
+    EXPECT_EQ(solver.DenseHessian(), H) << "damping leaves H and b as they were";
+    EXPECT_EQ(solver.RightHandSide(), Vec2(-1, 7));
   }
 }
 
