@@ -1,26 +1,19 @@
-#!/usr/bin/python3
 """Puts the numbers of the gauge experiments into the model answer of stage 4, in both languages.
 
-usage: gauge_answer.py SUMMARY.csv [--check]      SUMMARY.csv is what gauge_report.py has written
-
 In solutions/gauge_freedom*.md a number stands between two comments, of which the first says where it comes from:
-<!-- methods; sine planes free; mean iterations; .2f -->5.05<!-- -->. With --check nothing is written; the exit code is 1
-if a number differs.
+<!-- methods; sine planes free; mean iterations; .2f -->5.05<!-- -->.
 """
-import csv
+import argparse
 import re
 import sys
 from pathlib import Path
 
+from .digits import power_of_ten
+from .tables import TableError, read_table
+
 ROOT = Path(__file__).resolve().parents[2]
 ANSWERS = tuple(ROOT / "solutions" / f"gauge_freedom{language}.md" for language in ("", ".zh"))
 NUMBER = re.compile(r"<!-- ([^;>]+); ([^;>]+); ([^;>]+); (\S+) -->([^<]*)<!-- -->")
-
-
-def read_summary(path):
-    """{(study, of, what): value}"""
-    with open(path, encoding="utf-8", newline="") as file:
-        return {(row["study"], row["of"], row["what"]): float(row["value"]) for row in csv.DictReader(file)}
 
 
 def filled(text, numbers, name):
@@ -38,27 +31,26 @@ def filled(text, numbers, name):
 def power(value):
     """2e-9 as 2·10⁻⁹."""
     digits, exponent = f"{value:.0e}".split("e")
-    return f"{digits}·10" + str(int(exponent)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+    return f"{digits}·{power_of_ten(int(exponent))}"
 
 
 def main(arguments):
-    check = "--check" in arguments
-    paths = [word for word in arguments if word != "--check"]
-    if len(paths) != 1:
-        print(__doc__, file=sys.stderr)
-        return 2
+    parser = argparse.ArgumentParser(prog="gauge_answer.py", description=__doc__.partition("\n")[0])
+    parser.add_argument("summary", metavar="SUMMARY.csv", help="what gauge_report.py has written")
+    parser.add_argument("--check", action="store_true", help="write nothing, and exit with 1 if a number differs")
+    given = parser.parse_args(arguments)
     try:
-        numbers = read_summary(paths[0])
+        numbers = {(row["study"], row["of"], row["what"]): row["value"] for row in read_table(given.summary).rows()}
         for answer in ANSWERS:
             old = answer.read_text(encoding="utf-8")
             new = filled(old, numbers, answer.name)
-            if check and new != old:
-                print(f"{answer.name}: a number is not that of {paths[0]}; run gauge_answer.py {paths[0]}")
+            if given.check and new != old:
+                print(f"{answer.name}: a number is not that of {given.summary}; run gauge_answer.py {given.summary}")
                 return 1
             if new != old:
                 answer.write_text(new, encoding="utf-8")
-    except (OSError, KeyError) as error:
-        print(f"gauge_answer.py: {error.args[0] if isinstance(error, KeyError) else error}", file=sys.stderr)
+    except (OSError, TableError, KeyError) as error:
+        print(f"{parser.prog}: {error.args[0]}" if isinstance(error, KeyError) else f"{parser.prog}: {error}", file=sys.stderr)
         return 2
     return 0
 

@@ -43,8 +43,7 @@ def trace(program, *words):
     """(iteration, seconds, cost) of each iteration of a program that solves a file, one thread."""
     with tempfile.TemporaryDirectory() as out:
         run(BIN / program, *words, "--out", out, "--threads", 1)
-        with open(Path(out) / "trace.csv", newline="", encoding="utf-8") as file:
-            return [(row["iteration"], row["seconds"], row["cost"]) for row in csv.DictReader(file)]
+        return [(row["iteration"], row["seconds"], row["cost"]) for row in csv_rows(Path(out) / "trace.csv")]
 
 
 def steps(best):
