@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include "ch5_backend/experiments/studies/prior_study.h"
-#include "ch5_backend/math/psd.h"
 #include "ch5_backend/types/edge_se3_prior.h"
 
 namespace ch5 {

@@ -4,7 +4,6 @@
 #include <limits>
 
 #include "ch5_backend/graph/ordering.h"
-#include "ch5_backend/types/edge_se3_prior.h"
 #include "ch5_backend/types/vertices.h"
 #include "tests/g2o/point_chain.h"
 #include "tests/graph_error.h"

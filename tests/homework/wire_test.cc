@@ -9,7 +9,6 @@
 #include <limits>
 
 #include "ch5_backend/consistency/gauge_freedom.h"
-#include "ch5_backend/math/psd.h"
 #include "ch5_backend/simulate/random.h"
 #include "ch5_homework/judge/remote/wire.h"
 #include "ch5_homework/judge/scenes/bundle.h"

@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include "ch5_backend/simulate/random.h"
-#include "ch5_backend/sparse/sparse_optimizer.h"
 #include "ch5_backend/sparse/sparse_solver.h"
 #include "ch5_backend/sparse/steps/weighted_edge_batch.h"
 #include "ch5_backend/types/bal/edge_bal.h"

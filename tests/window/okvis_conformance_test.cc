@@ -15,7 +15,6 @@
 #include "ch5_backend/simulate/sensors/scene_points.h"
 #include "ch5_backend/simulate/sensors/simulation.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
-#include "ch5_backend/window/image_overlap.h"
 #include "ch5_backend/window/landmarks.h"
 #include "ch5_backend/window/policy.h"
 #include "ch5_backend/window/prediction.h"

@@ -2,7 +2,6 @@
 
 #include <cmath>
 
-#include "ch5_backend/experiments/studies/recording_warnings.h"
 #include "ch5_backend/math/median.h"
 
 namespace ch5 {

@@ -1,7 +1,6 @@
 #include "ch5_backend/files/tables/csv.h"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <stdexcept>
 
