@@ -16,11 +16,7 @@ TEST(Marginalize, EqualsADenseSchurComplement) {
     const auto drop = window.Oldest();
     const auto edges = window.EdgesAt(drop);
     const MarginalSystem system = EliminateVertices(edges, drop);
-    std::vector<std::shared_ptr<Vertex>> order = system.kept;
-    order.insert(order.end(), drop.begin(), drop.end());
-    MatXX H;
-    VecX b;
-    DenseNormalEquations(edges, order, &H, &b);
+    const auto [H, b] = DenseNormalEquations(edges, system.kept, drop);
     // Five orders of magnitude lie between a bias' information and a depth's: 1e-9 of the norm is rounding.
     EXPECT_LT(RelativeError(system.H, Schur(H, system.H.rows())), 1e-9);
     EXPECT_LT(RelativeError(system.b, SchurB(H, b, system.H.rows())), 1e-9);
@@ -33,11 +29,7 @@ TEST(Marginalize, DropsLandmarksAloneOrNothing) {
   const std::vector<std::shared_ptr<Vertex>> nothing, landmarks(window.landmarks.begin(), window.landmarks.end());
   for (const auto& drop : {nothing, landmarks}) {
     const MarginalSystem system = EliminateVertices(window.graph.Edges(), drop);
-    std::vector<std::shared_ptr<Vertex>> order = system.kept;
-    order.insert(order.end(), drop.begin(), drop.end());
-    MatXX H;
-    VecX b;
-    DenseNormalEquations(window.graph.Edges(), order, &H, &b);
+    const MatXX H = DenseNormalEquations(window.graph.Edges(), system.kept, drop).H;
     EXPECT_LT(RelativeError(system.H, drop.empty() ? H : Schur(H, system.H.rows())), 1e-9);
   }
 }
@@ -98,13 +90,7 @@ void ReplaceByPrior(const std::shared_ptr<Vertex>& oldest, std::vector<std::shar
 // On a linear problem nothing is lost: the kept variables' optimum with the prior is that of the whole batch.
 TEST(Marginalize, LinearSmootherEqualsTheBatch) {
   Random random(7);
-  const auto matrix = [&](int rows, int cols) {
-    MatXX A(rows, cols);
-    for (int j = 0; j < cols; ++j) {
-      for (int i = 0; i < rows; ++i) A(i, j) = random.Normal();
-    }
-    return A;
-  };
+  const auto matrix = [&](int rows, int columns) { return NormalMatrix(rows, columns, &random); };
   constexpr int kStates = 30, kLag = 7;  // as in gtsam's testBatchFixedLagSmoother
   std::vector<std::shared_ptr<Vertex>> x;
   std::vector<std::shared_ptr<Edge>> all;
@@ -114,10 +100,8 @@ TEST(Marginalize, LinearSmootherEqualsTheBatch) {
     all.push_back(std::make_shared<LinearEdge>(std::vector{x[k - 1], x[k]}, std::vector{matrix(4, 3), matrix(4, 3)},
                                                matrix(4, 1)));
   }
-  MatXX H;
-  VecX b;
-  DenseNormalEquations(all, x, &H, &b);
-  const VecX batch = H.partialPivLu().solve(b);
+  const auto optimum = [](const DenseSystem& system) -> VecX { return system.H.partialPivLu().solve(system.b); };
+  const VecX batch = optimum(DenseNormalEquations(all, x));
 
   // The window holds kLag states; the oldest one is marginalized into the prior, which is marginalized in turn.
   std::vector<std::shared_ptr<Edge>> window{all[0]};
@@ -127,8 +111,7 @@ TEST(Marginalize, LinearSmootherEqualsTheBatch) {
     ReplaceByPrior(x[k - kLag], &window);
   }
   const std::vector<std::shared_ptr<Vertex>> kept(x.end() - kLag, x.end());
-  DenseNormalEquations(window, kept, &H, &b);
-  const VecX smoothed = H.partialPivLu().solve(b);
+  const VecX smoothed = optimum(DenseNormalEquations(window, kept));
   EXPECT_LT((smoothed - batch.tail(3 * kLag)).norm(), 1e-9 * batch.norm());
 }
 
@@ -200,9 +183,7 @@ TEST(Marginalize, SurvivesAnUnobservedLandmark) {
 void ExpectPseudoInverse(const std::shared_ptr<Vertex>& seen_once, const MatXX& A,
                          const std::shared_ptr<Vertex>& seen_well) {
   Random random(3);
-  const auto matrix = [&](int rows, int cols) {
-    return MatXX(MatXX::NullaryExpr(rows, cols, [&] { return random.Normal(); }));
-  };
+  const auto matrix = [&](int rows, int columns) { return NormalMatrix(rows, columns, &random); };
   const auto x = std::make_shared<VertexScalar>(VertexScalar::Estimate(0.0));
   const std::vector<std::shared_ptr<Edge>> edges{
       std::make_shared<LinearEdge>(std::vector<std::shared_ptr<Vertex>>{x}, std::vector{matrix(1, 1)}, matrix(1, 1)),
@@ -211,9 +192,7 @@ void ExpectPseudoInverse(const std::shared_ptr<Vertex>& seen_once, const MatXX& 
       std::make_shared<LinearEdge>(std::vector<std::shared_ptr<Vertex>>{x, seen_well},
                                    std::vector{matrix(4, 1), matrix(4, 3)}, matrix(4, 1))};
   const MarginalSystem system = EliminateVertices(edges, {seen_once, seen_well});
-  MatXX H;
-  VecX b;
-  DenseNormalEquations(edges, {x, seen_once, seen_well}, &H, &b);
+  const auto [H, b] = DenseNormalEquations(edges, {x, seen_once, seen_well});
   const MatXX inverse = H.bottomRightCorner(6, 6).completeOrthogonalDecomposition().pseudoInverse();
   EXPECT_NEAR(system.H(0, 0),
               (H.topLeftCorner(1, 1) - H.topRightCorner(1, 6) * inverse * H.bottomLeftCorner(6, 1))(0, 0),

@@ -15,6 +15,10 @@ namespace ch5 {
 
 double RelativeError(const MatXX& A, const MatXX& B) { return (A - B).norm() / (1e-300 + B.norm()); }
 
+MatXX NormalMatrix(int rows, int columns, Random* random) {
+  return MatXX::NullaryExpr(rows, columns, [random] { return random->Normal(); });
+}
+
 LinearEdge::LinearEdge(const std::vector<std::shared_ptr<Vertex>>& vertices, std::vector<MatXX> A, const VecX& z)
     : Edge(static_cast<int>(z.size()), vertices, nullptr, nullptr),
       A_(std::move(A)),
@@ -90,16 +94,17 @@ std::vector<std::shared_ptr<Edge>> SmallWindow::EdgesAt(const std::vector<std::s
   return edges;
 }
 
-void DenseNormalEquations(const std::vector<std::shared_ptr<Edge>>& edges,
-                          const std::vector<std::shared_ptr<Vertex>>& order, MatXX* H, VecX* b) {
+DenseSystem DenseNormalEquations(const std::vector<std::shared_ptr<Edge>>& edges,
+                                 std::vector<std::shared_ptr<Vertex>> order,
+                                 const std::vector<std::shared_ptr<Vertex>>& dropped) {
+  order.insert(order.end(), dropped.begin(), dropped.end());
   std::map<const Vertex*, int> row;
   int n = 0;
   for (const auto& v : order) {
     row[v.get()] = n;
     n += v->LocalDimension();
   }
-  *H = MatXX::Zero(n, n);
-  *b = VecX::Zero(n);
+  DenseSystem system{MatXX::Zero(n, n), VecX::Zero(n)};
   for (const auto& edge : edges) {
     edge->ComputeResidual();
     edge->ComputeJacobians();
@@ -111,9 +116,10 @@ void DenseNormalEquations(const std::vector<std::shared_ptr<Edge>>& edges,
     double drho;
     MatXX W;
     edge->RobustInfo(&drho, &W);
-    *H += J.transpose() * W * J;
-    *b -= drho * J.transpose() * edge->Information() * edge->Residual();
+    system.H += J.transpose() * W * J;
+    system.b -= drho * J.transpose() * edge->Information() * edge->Residual();
   }
+  return system;
 }
 
 MatXX Schur(const MatXX& H, Eigen::Index n) {

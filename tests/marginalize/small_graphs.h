@@ -15,6 +15,9 @@ namespace ch5 {
 /// |A − B| / |B|, by Frobenius' norm.
 double RelativeError(const MatXX& A, const MatXX& B);
 
+/// Of standard normal entries.
+MatXX NormalMatrix(int rows, int columns, Random* random);
+
 /// r = Σ A_i x_i − z, for problems whose batch solution is known exactly.
 class LinearEdge : public Edge {
  public:
@@ -44,10 +47,16 @@ struct SmallWindow {
   std::vector<std::shared_ptr<Edge>> EdgesAt(const std::vector<std::shared_ptr<Vertex>>& vertices) const;
 };
 
-/// The oracle: H and b of the edges over `order` (then everything else is assumed fixed), built block by block with
-/// plain dense products.
-void DenseNormalEquations(const std::vector<std::shared_ptr<Edge>>& edges,
-                          const std::vector<std::shared_ptr<Vertex>>& order, MatXX* H, VecX* b);
+struct DenseSystem {
+  MatXX H;
+  VecX b;
+};
+
+/// The oracle: H and b of the edges over `order` and then `dropped`, everything else assumed fixed, built edge by edge
+/// with plain dense products.
+DenseSystem DenseNormalEquations(const std::vector<std::shared_ptr<Edge>>& edges,
+                                 std::vector<std::shared_ptr<Vertex>> order,
+                                 const std::vector<std::shared_ptr<Vertex>>& dropped = {});
 
 /// Their Schur complement on the first n variables.
 MatXX Schur(const MatXX& H, Eigen::Index n);

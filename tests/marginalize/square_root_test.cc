@@ -54,8 +54,7 @@ TEST(SquareRoot, WhatAnEliminationHasLeftOfAZeroIsNoKnowledge) {
 // The factor is computed panel by panel; pivots and rank take no notice.
 TEST(SquareRoot, ARankOfSeveralPanelsIsFound) {
   Random random(5);
-  MatXX B(30, 40);
-  for (int k = 0; k < B.size(); ++k) B.data()[k] = random.Normal();
+  const MatXX B = NormalMatrix(30, 40, &random);
   const VecX r0 = VecX::LinSpaced(30, -1.0, 1.0);
   const MatXX H = B.transpose() * B;
   const SquareRootForm form = FactorNormalEquations(H, -B.transpose() * r0, H.diagonal());
@@ -93,11 +92,7 @@ TEST(QrElimination, QrIsBetterThanSchurInSinglePrecision) {
   const auto edges = window.EdgesAt(drop);
   const MarginalSystem truth = EliminateVertices(edges, drop);
   const Prior qr = MarginalizeQr<float>(edges, drop);
-  std::vector<std::shared_ptr<Vertex>> order = truth.kept;
-  order.insert(order.end(), drop.begin(), drop.end());
-  MatXX H;
-  VecX b;
-  DenseNormalEquations(edges, order, &H, &b);
+  const MatXX H = DenseNormalEquations(edges, truth.kept, drop).H;
   Eigen::MatrixXf schur = H.cast<float>();
   for (Eigen::Index last = H.rows() - 1; last >= truth.H.rows(); --last) {  // one variable after the other
     const Eigen::VectorXf column = schur.col(last).head(last);

@@ -65,37 +65,24 @@ TEST(Jacobian, ReprojectionOfAnInverseDepth) {
   EXPECT_GE(seen, 70);  // of 78
 }
 
-// The camera being calibrated: extrinsic and time offset, with points that move in both images.
-TEST(Jacobian, ReprojectionWithACalibration) {
-  Random random(7);
-  int seen = 0;
-  for (const double angle : kAngles) {
-    const Sight sight(&random);
-    const MovingPoint host{sight.u_host, Vec2(0.4, -0.3), 0.01}, target{Vec2(0.1, 0.2), Vec2(-0.6, 0.5), -0.02};
-    EdgeReprojectionCalibration edge(sight.inverse_depth, RandomPose(angle, &random), RandomPose(0.3 * angle, &random),
-                                     RandomPose(angle, &random),
-                                     std::make_shared<VertexScalar>(VertexScalar::Estimate(0.03)), host, target);
-    seen += CheckIfSeen(&edge, Where(angle, target.x));
-  }
-  EXPECT_GE(seen, 10);  // of 13
-}
-
-// A second camera: in another frame than the host's, and in the host's own.
-TEST(Jacobian, ReprojectionIntoASecondCamera) {
+// The camera being calibrated: extrinsic and time offset, with points that move in both images. Then a second camera: in
+// another frame than the host's, and in the host's own.
+TEST(Jacobian, ReprojectionWithACalibrationAndIntoASecondCamera) {
   Random random(8);
   int seen = 0;
   for (const double angle : kAngles) {
     const Sight sight(&random);
     const MovingPoint host{sight.u_host, Vec2(0.4, -0.3), 0.01}, target{Vec2(0.1, 0.2), Vec2(-0.6, 0.5), -0.02};
+    const auto pose_i = RandomPose(angle, &random), pose_j = RandomPose(0.3 * angle, &random);
+    const auto camera0 = RandomPose(angle, &random), camera1 = RandomPose(0.5 * angle, &random);
     const auto time_offset = std::make_shared<VertexScalar>(VertexScalar::Estimate(0.03));
-    EdgeStereo edge(sight.inverse_depth, RandomPose(angle, &random), RandomPose(0.3 * angle, &random),
-                    RandomPose(angle, &random), RandomPose(0.5 * angle, &random), time_offset, host, target);
-    seen += CheckIfSeen(&edge, Where(angle, target.x));
-    EdgeStereoHost in_host(sight.inverse_depth, RandomPose(angle, &random), RandomPose(0.5 * angle, &random),
-                           time_offset, host, target);
-    seen += CheckIfSeen(&in_host, Where(angle, target.x));
+    EdgeReprojectionCalibration one(sight.inverse_depth, pose_i, pose_j, camera0, time_offset, host, target);
+    EdgeStereo two(sight.inverse_depth, pose_i, pose_j, camera0, camera1, time_offset, host, target);
+    EdgeStereoHost in_host(sight.inverse_depth, camera0, camera1, time_offset, host, target);
+    for (Edge* edge : std::initializer_list<Edge*>{&one, &two, &in_host})
+      seen += CheckIfSeen(edge, Where(angle, target.x));
   }
-  EXPECT_GE(seen, 20);  // of 26
+  EXPECT_GE(seen, 30);  // of 39
 }
 
 TEST(Jacobian, ReprojectionOfAPointInSpace) {
