@@ -9,7 +9,7 @@ import numpy as np
 from ch5_backend.course.experiments.refute import NAME, mean_and_error, sign_of, slip
 from ch5_backend.figures import tables
 from tests.folder import FolderTest
-from tests.project import ROOT
+from tests.project import ROOT, run
 
 ONE, OTHER = np.array([7.0, 9.0, 12.0, 6.0]), np.array([5.0, 8.0, 9.0, 6.0])  # the handout's
 TABLE = "refute/csv/near_start.csv"
@@ -17,8 +17,8 @@ TABLE = "refute/csv/near_start.csv"
 
 class Refute(FolderTest):
     def refute(self, lines: str, *words) -> subprocess.CompletedProcess:
-        return subprocess.run([ROOT / "course", "refute", *words, "--out", self.folder], input=lines, capture_output=True, text=True,
-                              env={**os.environ, "LC_ALL": "C.UTF-8", "CH5_CHECK_FOLDER": str(self.folder)})
+        return run(ROOT / "course", "refute", *words, "--out", self.folder, input=lines,
+                   env={**os.environ, "LC_ALL": "C.UTF-8", "CH5_CHECK_FOLDER": str(self.folder)})
 
     def kept(self) -> list:
         with open(self.folder / NAME, newline="", encoding="utf-8") as file:

@@ -6,8 +6,8 @@ import unittest
 
 import numpy as np
 
-from tests.experiments.programs_under_test import AppTest, run
-from tests.project import BUILD
+from tests.experiments.programs_under_test import AppTest
+from tests.project import BUILD, run
 
 
 def rows_of(path, delimiter, columns):
