@@ -11,7 +11,7 @@ usage: build.py [--csv DIR] [--out DIR] [--html] [--images] [--tools] [--check] 
   --tools      builds nothing: fails with words if Node.js or, without --html, Chromium is missing or too old
   --check      builds nothing: says which numbers, figures and words of the built decks are no longer those of the tables
   --figures    only draw the figures, SVG and PDF, into the folder figures of --out; needs no Node.js
-  --overview   only redraw the guide's picture, slides/figures/overview.*.svg
+  --overview   only redraw the pictures of the guide and of the homework's pages, slides/figures/
   --reading    only write the reading edition, slides/reading/, which the handouts link: see reading.py; needs no Node.js
   DECK         only those whose names begin so, such as 2-solvers.en or 2-solvers
 
@@ -40,6 +40,7 @@ import sys
 import tempfile
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
+from itertools import product
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
@@ -267,6 +268,12 @@ def write_reading(chosen, arguments):
             write(HERE / "reading" / "figures" / f"{name}.{deck.lang}.svg", svg)
 
 
+def pictures():
+    """{name: draw} of slides/figures/: the guide's, from the tables, and the homework's, from none."""
+    from . import deck_back_end, handout_figures
+    return {"overview": deck_back_end.overview, **handout_figures.FIGURES}
+
+
 def main(argv):
     parser = argparse.ArgumentParser(prog="build.py", description=__doc__.split("\n\n")[0], allow_abbrev=False)
     parser.add_argument("--csv", type=Path, default=ROOT / "out" / "csv", help="tables of ./course run")
@@ -276,15 +283,14 @@ def main(argv):
     parser.add_argument("--tools", action="store_true", help="only see that what is needed is there")
     parser.add_argument("--check", action="store_true", help="only say what is out of date")
     parser.add_argument("--figures", action="store_true", help="only draw the figures, into the folder figures of --out")
-    parser.add_argument("--overview", action="store_true", help="only redraw the guide's picture")
+    parser.add_argument("--overview", action="store_true", help="only redraw the pictures of the guide and the homework")
     parser.add_argument("--reading", action="store_true", help="only write the reading edition, slides/reading/")
     parser.add_argument("names", nargs="*", metavar="DECK", help="such as 2-solvers; default: all")
     arguments = parser.parse_args(argv)
     try:
         if arguments.overview:
-            from .deck_back_end import overview
-            for lang in LANGUAGES:
-                write(HERE / "figures" / f"overview.{lang}.svg", overview(Tables(arguments.csv), lang))
+            for (name, draw), lang in product(pictures().items(), LANGUAGES):
+                write(HERE / "figures" / f"{name}.{lang}.svg", draw(Tables(arguments.csv), lang))
         elif arguments.figures:
             draw_figures(choose(arguments.names), arguments)
         elif arguments.reading:

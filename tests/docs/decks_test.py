@@ -2,6 +2,7 @@
 
 import base64
 import io
+import itertools
 import json
 import re
 import unittest
@@ -15,7 +16,6 @@ from tests.experiments.figure_look_test import faults, has_english
 from tests.project import OUT, ROOT
 
 from slides import build
-from slides import deck_back_end
 from ch5_backend.course.documents import slides as command
 from ch5_backend.figures import slide
 from ch5_backend.figures.tables import Tables
@@ -107,7 +107,8 @@ class Decks(unittest.TestCase):
             return text
         with mock.patch.object(Labels, "__call__", noted), mock.patch.object(slide.Slide, "render", measured):
             for language in build.LANGUAGES:
-                deck_back_end.overview(TABLES, language)  # the guide's picture
+                for draw in build.pictures().values():
+                    draw(TABLES, language)
             for deck in build.decks():
                 language = build.language(deck)
                 made = build.Prepared(deck, TABLES.folder)
@@ -175,11 +176,10 @@ class Decks(unittest.TestCase):
         with self.assertRaisesRegex(build.BuildError, r"deck.md:2: .*no\.such"):
             build.fill("one\n{{no.such | f1}}", {}, TABLES, "deck.md")
 
-    def test_overview_is_current(self):
+    def test_pictures_of_the_guide_and_the_homework_are_current(self):
         self.need_tables()
-        for lang in build.LANGUAGES:
-            committed, drawn = (numbers(svg) for svg in (read(ROOT / f"slides/figures/overview.{lang}.svg"),
-                                                         deck_back_end.overview(TABLES, lang)))
+        for (name, draw), lang in itertools.product(build.pictures().items(), build.LANGUAGES):
+            committed, drawn = (numbers(svg) for svg in (read(ROOT / f"slides/figures/{name}.{lang}.svg"), draw(TABLES, lang)))
             self.assertEqual(committed[0], drawn[0], "redraw it: slides/build.py --overview")
             self.assertEqual(len(committed[1]), len(drawn[1]), "redraw it: slides/build.py --overview")
             worst = max(abs(a - b) for a, b in zip(committed[1], drawn[1]))

@@ -7,7 +7,7 @@ from collections import Counter
 
 from ch5_backend.course.base.commands import COMMANDS
 from ch5_backend.course.base.anchors import anchor
-from tests.docs.markdown import (DECKS, ENGINEERS, GUIDES, HANDOUTS, LIBRARY, PAGES, PAPERS, READING, READMES, ROOT, fences,
+from tests.docs.markdown import (DECKS, ENGINEERS, GUIDES, HANDOUTS, LIBRARY, PAGES, PAPERS, READING, READMES, ROOT, fences, formulas,
                                  handouts, headings, links, prose, read, sections, slides, spans)
 from tests.project import BUILD
 
@@ -43,6 +43,29 @@ class Documents(unittest.TestCase):
                 self.assertEqual(symbols(one), symbols(other), chinese)
                 if language:  # words of a figure may be translated, and comments to a command, but no code
                     self.assertEqual(*(re.sub(r" +# .*", "", code) if language == "sh" else code for code in (one, other)), chinese)
+
+    def test_handouts_have_the_same_formulas_and_a_code_host_sets_them(self):
+        """A host takes \\\\ only at the end of a line, and dollars only beside blanks and punctuation; it reads the rest as Markdown first."""
+        count = 0
+        for english, chinese in (HANDOUTS, *PAGES):
+            self.assertEqual(*({" ".join(formula) for formula in formulas(read(path))} for path in (english, chinese)), chinese)
+            for path in (english, chinese):
+                text = prose(read(path))
+                for display in re.findall(r"\$\$.*?\$\$", text, re.S):
+                    self.assertRegex(display, r"^\$\$\n(?s:.+)\n\$\$$", path)
+                    self.assertNotRegex(display, r"\\\\[^\n]|\n\n|\n[-+*>#] |[<>]", path)
+                for inline in re.finditer(r"(.?)\$([^$]+)\$(.?)", re.sub(r"\$\$.*?\$\$", "", text, flags=re.S)):
+                    count += 1
+                    self.assertNotRegex(inline[2], r"\\[^A-Za-z]|[<>*|\n]|[})]_", path)
+                    self.assertRegex(inline[1] + " " + inline[3], r"^[\s(|*]? [^\w]?$", f"{path}: {inline[0]}")
+        self.assertGreater(count, 500)
+
+    def test_the_labs_addresses_are_ones_that_it_knows(self):
+        words = json.loads(read(ROOT / "ch5_backend/lab/page/text.json"))
+        addresses = {address for _, text in handouts() for address in re.findall(r"`lab\.html#(.*?)`", text)}
+        self.assertGreater(len(addresses), 5)
+        for name, value in (setting.split("=") for address in addresses for setting in address.split("&")):
+            self.assertTrue(f"{name}.{value}" in words or name in words and value.isdigit(), f"{name}={value}")
 
     def test_both_languages_name_the_same_things(self):
         for english, chinese in PAIRS:

@@ -73,3 +73,11 @@ def formulas(text):
     """TeX of a page without the words in \\text{…}."""
     found = re.findall(r"\$\$(.*?)\$\$|\$([^$]+)\$", prose(text), re.S)
     return [re.sub(r"\\text\{[^}]*\}", r"\\text{}", display or inline).split() for display, inline in found]
+
+
+def plain(text):
+    """A page with its matrices row by row, and without dollars."""
+    for tex, words in ((r"\begin{bmatrix}", "[ "), (r"\end{bmatrix}", " ]"), ("\\\\", " ] [ "), ("&", " "), ("$", ""), (r"\cdot", "·"), (r"\to ", "→ "),
+                       (r"\Delta ", "Δ"), ("-", "−"), ("： ", "：")):
+        text = text.replace(tex, words)
+    return re.sub(r"\s+", " ", text)

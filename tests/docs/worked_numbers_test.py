@@ -1,11 +1,10 @@
 """What the handouts work out by hand is what the course's solvers compute."""
 
 import os
-import re
 import unittest
 from pathlib import Path
 
-from tests.docs.markdown import ROOT, handouts
+from tests.docs.markdown import ROOT, handouts, plain
 from tests.project import run
 
 PROGRAM = Path(os.environ.get("CH5_HANDOUT_NUMBERS", ROOT / "build/release/tests/docs/handout_numbers"))
@@ -19,19 +18,19 @@ SENTENCES = {
     "paper.delta_x_without_x0": ("Δx = ({}) as before", "Δx = ({}) 与之前相同"),
     "paper.H_x1": "H = {},",
     "paper.b_x1": "b = {},",
-    "paper.J": "J = √0.75 = {}",
-    "paper.r0": "r₀ = {}",
+    "paper.J": r"J = \sqrt{{0.75}} = {}",
+    "paper.r0": "r_0 = {}",
     "chain.before": ("solution ({})", "解 ({})"),
     "chain.after": ("solution ({})", "解 ({})"),
     "scene.rows": ("3 · 6 + 20 = {} rows", "3 · 6 + 20 = {} 行"),
-    "scene.zeros_in_H": ("zero blocks of H_pp: {}", "H_pp 的零块：{}"),
-    "scene.zeros_in_S": ("zero blocks of S: {}", "S 的零块：{}"),
+    "scene.zeros_in_H": ("zero blocks of H_{{pp}}: {}", "H_{{pp}} 的零块：{}"),
+    "scene.zeros_in_S": ("Zero blocks of S: {}", "S 的零块：{}"),
     "zeros.0": ("no prior {}", "没有先验 {}"),
     "zeros.1": ("one {}", "一个先验 {}"),
     "zeros.2": ("two {}", "两个先验 {}"),
     "line.free": ("free: {}", "自由：{}"),
-    "line.held": ("x1 held: {}", "固定 x1：{}"),
-    "rank_one.e0": "e₀ = −(0.25 · 6 + 0.5 · 3) = {}",
+    "line.held": ("x_1 held: {}", "固定 x_1：{}"),
+    "rank_one.e0": "e_0 = −(0.25 · 6 + 0.5 · 3) = {}",
     "rank_one.e": "e = −3 + 2 = {}",
     "rank_one.e_null": "e = −3 + 2 · 1 + 1 · (−2) = {}",
     "cut.before": ("rows of J: {},", "J 的行数：{}，"),
@@ -46,10 +45,6 @@ def decimal(text):
     """Six digits; what is only a rounding error beside 1 is 0."""
     value = float(text)
     return f"{value if abs(value) > 1e-9 else 0.0:.6g}".replace("-", "−")
-
-
-def plain(text):
-    return re.sub(r"\s+", " ", text)
 
 
 class WorkedNumbers(unittest.TestCase):

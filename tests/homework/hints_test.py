@@ -44,6 +44,7 @@ class Hints(unittest.TestCase):
                     body = said(section, number, language).split("\n\n")[1]
                     self.assertGreater(len(body), 40)
                     self.assertIn(body, text)
+                    self.assertNotRegex(body, r"[$\\]", "a terminal sets no formulas")
 
     def test_a_todo_leads_to_its_section(self):
         self.assertEqual(said("1.2b", "2"), said("1.2", "2"))

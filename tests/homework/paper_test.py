@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ch5_backend.course.documents.paper import NAMES, QUESTIONS, Example, answers, example, laid_out, what_is_wrong
+from tests.docs.markdown import plain
 from tests.folder import FolderTest
 from tests.homework.chinese import english_in
 from tests.project import ROOT, run
@@ -35,10 +36,10 @@ def rows_of(one: Example) -> list:
 
 class Numbers(unittest.TestCase):
     def test_the_handouts_example_has_the_handouts_numbers(self):
-        page = (ROOT / "ch5_homework" / "handout" / "paper.md").read_text(encoding="utf-8")
+        page = plain((ROOT / "ch5_homework" / "handout" / "paper.md").read_text(encoding="utf-8"))
         found = numbers(OF_THE_HANDOUT)
-        for name, words in (("before", "cost is ½ (2 · 2.4² + 2 · 2.6² + 3 · 4.4² + 6 · 2.8² + 1) = {}"), ("after", "65.58 → {}"), ("H1", "H = {},"),
-                            ("b1", "b = {},"), ("J", "√0.75 = {}"), ("r0", "r₀ = {}")):
+        for name, words in (("before", r"cost is \tfrac12 (2 · 2.4^2 + 2 · 2.6^2 + 3 · 4.4^2 + 6 · 2.8^2 + 1) = {}"), ("after", "65.58 → {}"), ("H1", "H = {},"),
+                            ("b1", "b = {},"), ("J", r"\sqrt{{0.75}} = {}"), ("r0", "r_0 = {}")):
             self.assertIn(words.format(f"{found[name].item():.6g}".replace("-", "−")), page, name)
         self.assertEqual(found["dx"].tolist(), [[1, 2, 4, 5]])
 

@@ -28,6 +28,7 @@ class Predict(FolderTest):
         for stage in STAGES:
             for language, page in (("en", f"stage_{stage['id']}.md"), ("zh", f"stage_{stage['id']}.zh.md")):
                 text = (ROOT / "ch5_homework/handout" / page).read_text(encoding="utf-8")
+                self.assertNotRegex(asked_in(stage, language), r"[$\\]", "a terminal sets no formulas")
                 answer = text.partition(asked_in(stage, language))[2].partition("</details>")[0]
                 for right in QUESTIONS[stage["id"]].values():
                     written = [float(word) for word in re.findall(r"-?[\d.]*\d", answer.replace("−", "-"))]

@@ -29,9 +29,11 @@ article table { display: block; overflow-x: auto; width: max-content; max-width:
 article th, article td { text-align: left; white-space: normal; min-width: 4.5rem; }
 article img { max-width: 100%; background: #fff; border-radius: .5rem; }
 article details { border-left: 3px solid var(--line); padding-left: .9rem; margin: .6rem 0; }
+article mjx-container[display="true"] { overflow-x: auto; overflow-y: hidden; }
 article summary { cursor: pointer; font-weight: 600; }
 """)
 MATH = re.compile(r"\$\$.+?\$\$|\$(?:\\.|[^$\\])+\$", re.S)
+MATH_WITH_MARKS = re.compile(f"(?:{MATH.pattern})[，。；：、！？）.,;:!?)]*", re.S)
 MATHJAX = Markup("""<script>MathJax = {{tex: {{inlineMath: [["$", "$"]]}}}}</script>
 <script defer src="{}"></script>""")
 SUBSCRIPT = re.compile(r"(?<!\w)([A-Za-zΑ-Ωα-ω])_([A-Za-z0-9]{1,3})(?![A-Za-z0-9_])")
@@ -50,7 +52,7 @@ class Links:
 
     def __init__(self, there: set):
         self.there = there
-        self.places = {**sources(), "README.md": "index.html", "README.zh.md": "index.html", "ch5_backend/README.md": "api/index.html"}
+        self.places = {**sources(), "README.md": "index.html", "README.zh.md": "index.html", "ch5_backend/README.md": "api/index.html", "lab.html": "lab.html"}
         for folder, place in FIGURES.items():
             self.places |= {f"{folder}/{path.name}": f"{place}/{path.name}" for path in (ROOT / folder).glob("*.svg")}
 
@@ -86,7 +88,7 @@ def render(text: str, source: str, links: Links) -> Markup:
     """The body of one page. What a picture shows stays as it is typed; in sentences H_pp is set with a subscript."""
     reader = MarkdownIt("commonmark", {"html": True}).enable("table")
     reader.inline.ruler.before("escape", "math", keep_math)
-    tokens = reader.parse(text)
+    tokens = reader.parse(re.sub(r"(?<=[，。：；、！？（“]) (?=\$)", "", text))  # a code host needs the blank, Chinese has none there
     for heading, inline in zip(tokens, tokens[1:]):
         if heading.type == "heading_open":
             heading.attrSet("id", anchor(re.sub(r"`", "", inline.content)))
@@ -99,11 +101,12 @@ def render(text: str, source: str, links: Links) -> Markup:
 
 
 def keep_math(state, silent: bool) -> bool:
-    """A formula between dollars stays as it is typed, for MathJax: nothing in it is emphasis or a link."""
-    if found := MATH.match(state.src, state.pos):
+    """A formula between dollars stays as it is typed, for MathJax: nothing in it is emphasis or a link, and no line begins with
+    the punctuation behind it."""
+    if found := MATH_WITH_MARKS.match(state.src, state.pos):
         state.pos = found.end()
         if not silent:
-            state.push("html_inline", "", 0).content = str(escape(found[0]))
+            state.push("html_inline", "", 0).content = f'<span style="white-space: nowrap">{escape(found[0])}</span>'
     return bool(found)
 
 
@@ -127,6 +130,11 @@ def follow_links(children: list, source: str, links: Links) -> None:
             if not found:
                 token.hidden, dead = True, dead + 1
                 token.type, token.tag, token.content, token.attrs = "text", "", "", {}
+        elif token.type == "code_inline" and token.content.startswith("lab.html#"):
+            found = links.follow(source, posixpath.relpath(token.content, posixpath.dirname(source)))
+            if found:
+                language = "zh" if source.endswith(".zh.md") else "en"
+                token.type, token.content = "html_inline", f'<a href="{escape(found)}&amp;lang={language}"><code>{escape(token.content)}</code></a>'
         elif token.type == "link_close" and dead:
             dead -= 1
             token.type, token.tag, token.content = "text", "", ""
