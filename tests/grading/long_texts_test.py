@@ -7,9 +7,12 @@ from pathlib import Path
 from unittest import mock
 
 from ch5_backend.course.grading.likeness import fingerprint
+from ch5_backend.course.grading.provenance import foreign_code
 from ch5_backend.course.grading.sandbox import Outcome
 from ch5_backend.course.grading.toolchain import Toolchain
+from ch5_backend.course.grading.unnamed import excerpt
 from ch5_backend.course.homework import blanks, judge
+from ch5_backend.course.homework.regions import STAGES, solution_text
 
 N = 250_000  # letters of a file, as many as are taken
 
@@ -33,7 +36,11 @@ TEXTS = {
     "names in a line": lambda: blanks.still_empty(N // 25 * "int x;\n" + ",".join(f"a{k}" for k in range(N // 12)), N // 25 + 1),
     "comments in a string": lambda: fingerprint({"problem.cc": b'"' + N // 3 * b"/* " + b'"'}),
     "comments without end": lambda: fingerprint({"problem.cc": N // 3 * b"/* "}),
-    "quotes without end": lambda: fingerprint({"problem.cc": b'"' + N // 2 * b'\\"'})}
+    "quotes without end": lambda: fingerprint({"problem.cc": b'"' + N // 2 * b'\\"'}),
+    "quotes without end, preprocessed": lambda: foreign_code(N // 2 * '"\\', False),
+    "raw texts without end, preprocessed": lambda: foreign_code(N // 4 * 'uR"(', False),
+    "a name in the intermediate code": lambda: foreign_code(f'@"{N // 3 * " = "}" = external global i32', True),
+    "lines that no compiler sees": lambda: excerpt(STAGES[0], (solution_text(STAGES[0]["file"]) + "//" + N // 3 * "\u2028").encode(), "1.1a")}
 
 
 class LongTexts(unittest.TestCase):

@@ -57,6 +57,8 @@ for what in ("open(file).read()", "open(file, 'w')", "os.close(os.open(file, os.
              "call(29, 0x1234, 4096, 0o1666)", "call(319, ctypes.addressof(ctypes.create_string_buffer(b'x')), 0)", "mmap.mmap(-1, 4096)",
              "call(308, 0, 0)", "call(272, 0x10000000)", "call(165, 0, 0, 0, 0, 0)", "call(250, 0, 0, 0)", "call(321, 0, 0, 0)", "call(298, 0, 0, 0, 0, 0)",
              "call(425, 8, 0)", "call(323, 0)", "call(253)", "call(437, -100, 0, 0, 0)", "os.setuid(0) is None", "os.setgroups([0]) is None",
+             "mmap.mmap(os.open('/usr/bin/true', os.O_RDONLY), 4096, flags=mmap.MAP_PRIVATE, prot=7)", "fcntl.fcntl(0, 10, signal.SIGSTOP) == 0",
+             "call(222, 1, 0, ctypes.addressof(ctypes.create_string_buffer(8)))", "call(13, 17, ctypes.addressof(ctypes.create_string_buffer(64)), 0, 8)",
              "os.chroot('/usr') is None", "os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(1)) is None", "os.nice(-1)"):
     try:
         if eval(what):
@@ -294,7 +296,7 @@ class WithOwnUser(Inside, unittest.TestCase):
         self.assertNotEqual(outcomes["user"], OwnUser.user())
 
     def test_what_is_left_where_the_launcher_was_killed_is_ended(self):
-        bomb = "import os, signal\nfor k in range(1, 32): k in (9, 19) or signal.signal(k, signal.SIG_IGN)\nwhile True:\n    try: os.fork()\n    except OSError: pass"
+        bomb = "import os, signal\nfor k in range(1, 32): k in (9, 17, 19) or signal.signal(k, signal.SIG_IGN)\nwhile True:\n    try: os.fork()\n    except OSError: pass"
         box = OwnUser(limits=Limits(processes=30))
         with subprocess.Popen(box.wrap(["python3", "-c", bomb + "\n"])) as process:
             deadline = time.monotonic() + 30.0

@@ -17,8 +17,10 @@ FORBIDDEN_CALLS = (
     "io_uring_enter", "io_uring_register", "kexec_load", "init_module", "finit_module", "delete_module", "swapon",
     "swapoff", "reboot", "settimeofday", "clock_settime", "socket", "socketpair", "fanotify_init", "open_by_handle_at",
     "shmget", "msgget", "semget", "mq_open", "memfd_create", "memfd_secret", "vmsplice", "personality", "pkey_mprotect",
-    "inotify_init", "inotify_init1", "name_to_handle_at", "syslog", "truncate")
+    "inotify_init", "inotify_init1", "name_to_handle_at", "syslog", "truncate",
+    "timer_create")  # whose signal may be SIGSTOP, see below
 NEW_USER_NAMESPACE = 0x10000000  # CLONE_NEWUSER
+SET_SIGNAL = 10  # F_SETSIG
 
 
 _filter = None
@@ -40,8 +42,14 @@ def call_filter() -> Path:
         for call, argument in (("kill", 1), ("tkill", 1), ("tgkill", 2)):  # so a stopped process was stopped from outside: see watch.py
             for number in (signal.SIGSTOP, signal.SIGTSTP, signal.SIGTTIN, signal.SIGTTOU):
                 rules.add_rule(seccomp.ERRNO(errno.EPERM), call, seccomp.Arg(argument, seccomp.MASKED_EQ, 0xFFFFFFFF, number))
-        # No bytes that a program has made or brought become code.
+        rules.add_rule(seccomp.ERRNO(errno.EPERM), "fcntl", seccomp.Arg(1, seccomp.MASKED_EQ, 0xFFFFFFFF, SET_SIGNAL))
+        # Who does not wait for its children lets their time vanish, see watch.py.
+        rules.add_rule(seccomp.ERRNO(errno.EPERM), "rt_sigaction", seccomp.Arg(0, seccomp.MASKED_EQ, 0xFFFFFFFF, signal.SIGCHLD),
+                       seccomp.Arg(1, seccomp.NE, 0))
+        # No bytes that a program has made or brought become code, not even in its own copy of a file's pages.
         executable = seccomp.Arg(2, seccomp.MASKED_EQ, mmap.PROT_EXEC, mmap.PROT_EXEC)
+        changeable = mmap.PROT_WRITE | mmap.PROT_EXEC
+        rules.add_rule(seccomp.ERRNO(errno.EPERM), "mmap", seccomp.Arg(2, seccomp.MASKED_EQ, changeable, changeable))
         rules.add_rule(seccomp.ERRNO(errno.EPERM), "mprotect", executable)
         rules.add_rule(seccomp.ERRNO(errno.EPERM), "mmap", executable,
                        seccomp.Arg(3, seccomp.MASKED_EQ, mmap.MAP_ANONYMOUS, mmap.MAP_ANONYMOUS))

@@ -22,10 +22,12 @@ MOST_LINES = 5000  # of a file in which blanks are looked for; the solutions hav
 def blanks_of(file: str, text: str) -> dict:
     """{todo: (begin, end)} in lines of a student's file: the lines between the skeleton's lines on either side of a blank.
     Without the blanks around which these lines have been changed."""
+    lines = [line.strip() for line in text.splitlines()]
+    if len(lines) > MOST_LINES:
+        return {}
     solved = {region.todo: region for region in regions(solution_text(file))}
     deep = asks_deep(text.encode("utf-8", "surrogateescape"))
     blanks = [region for region in solved.values() if deep or region.kind == "SOLUTION"]
-    lines = [line.strip() for line in text.splitlines()]
     found = {}
     for tasks in (False, True):  # some delete the comment above a blank together with its throw
         frame, places = frame_of(file, blanks, deep, tasks)
@@ -102,10 +104,7 @@ def follow_through(stage: dict, content: bytes, verdict: Verdict, judge) -> dict
 def blanks_to_judge(stage: dict, text: str) -> tuple:
     """({TODO: its lines}, the stage's TODOs, those of them that are left empty); no TODOs where blanks cannot be told apart, or
     nothing is filled in: no empty blank passes with the rest right."""
-    lines, none = text.splitlines(), ({}, [], [])
-    if len(lines) > MOST_LINES:
-        return none
-    spans = blanks_of(stage["file"], text)
+    lines, none, spans = text.splitlines(), ({}, [], []), blanks_of(stage["file"], text)
     within = {todo: lines[slice(*spans[todo])] for todo in [*stage["todos"], *stage.get("deep", [])] if todo in spans}
     if not set(stage["todos"]) <= within.keys():
         return none

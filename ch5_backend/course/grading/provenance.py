@@ -7,13 +7,14 @@ anything of it is assembled or linked. Clang's is its intermediate code, GCC's t
 import posixpath
 import re
 
-# Of intermediate code. A text in it has no quote. A template that is empty, or one line that the assembler takes for a comment,
-# as in Eigen's kernels, holds no code.
-TEXTS = re.compile(r'\bc"[^"\n]*"')
-IN_IR = re.compile(r'^module (asm) |\b(asm) (?:[a-z]+ )*"(?!#[^"\\\n]*")[^"\n]|^@.*, (section) "(?!llvm\.metadata")|^@.* = .*\b(ifunc) |"\w+-(section)"=', re.MULTILINE)
-# Of preprocessed text: a literal, in which no word counts, or a word. A label without spaces, as libc's headers give their
+# Of intermediate code. A text in it, or a name, has no quote, and may be long. A template that is empty, or one line that the
+# assembler takes for a comment, as in Eigen's kernels, holds no code.
+TEXTS = re.compile(r'(?:\bc|(?<=[@%$!]))"[^"\n]*"')
+IN_IR = re.compile(r'^module (asm) |\b(asm) (?:[a-z]+ )*"(?!#[^"\\\n]*")[^"\n]|^@.*, (section) "(?!llvm\.metadata")|^@[^=\n]* = .*\b(ifunc) |"\w+-(section)"=', re.MULTILINE)
+# Of preprocessed text: a literal, in which no word counts, or a word. One without an end, which does not compile, ends with the
+# line or the text, so that no quote in it is tried as a beginning. A label without spaces, as libc's headers give their
 # functions, holds no code.
-WORD = re.compile(r'[uUL8]*R"([^()\\\s]{0,16})\(.*?\)\1"|[uUL8]*"(?:\\.|[^"\\\n])*"|\d(?:\'?[\w.])*|\'(?:\\.|[^\'\\\n])*\'|^[ \t]*#[^\n]*|\w+', re.DOTALL | re.MULTILINE)
+WORD = re.compile(r'(?:u8|[uUL])?R"([^()\\\s]{0,16})\(.*?(?:\)\1"|\Z)|(?:u8|[uUL])?"(?:\\.|[^"\\\n])*"?|\d(?:\'?[\w.])*|\'(?:\\.|[^\'\\\n])*\'?|^[ \t]*#[^\n]*|\w+', re.DOTALL | re.MULTILINE)
 ASM = {"asm", "__asm", "__asm__"}
 PLACED = {"section", "__section__", "ifunc", "__ifunc__", "alias", "__alias__", "symver", "__symver__"}
 LABEL = re.compile(r'\s*\(\s*(?:"[\w.$]*"\s*)+\)')

@@ -14,7 +14,7 @@ from ..homework import answers
 from ..homework.blanks import own_todo
 from ..homework.diagnosis import SYMPTOMS, cause_of, said_in
 from . import outputs
-from .follow_through import MOST_LINES, blanks_of
+from .follow_through import blanks_of
 
 LONGEST, WIDEST = 25, 160  # lines of an excerpt, and letters of a line
 COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
@@ -84,8 +84,6 @@ def excerpt(stage: dict, content: bytes, todo: str) -> str:
     """What a student has written in this blank, or in all of the stage if the blank is not known: without comments, which may
     contain a name."""
     text = content.decode("utf-8", "replace")
-    if text.count("\n") > MOST_LINES:
-        return ""
     spans, lines = blanks_of(stage["file"], text), text.splitlines()
     wanted = [todo] if (todo := own_todo(todo, content)) in spans else [one for one in stage["todos"] if one in spans]
     written = COMMENT.sub("", "\n".join("\n".join(lines[slice(*spans[one])]) for one in wanted)).splitlines()

@@ -30,7 +30,7 @@ class Watch:
         called once it has ended. `exceeded` will be the limit, "seconds", "memory" or "scratch", that ended it, or ""."""
         self.mark, self.limits, self.folders, self.clear, self.exceeded = mark.encode(), limits, list(folders), clear, ""
         self.begin, self.times, self.owns = time.monotonic(), [0.0], [0.0]
-        self.ticks = 0
+        self.spent = 0.0  # seconds of the processor, as far as they were seen
         self.done = threading.Event()
         self.thread = threading.Thread(target=self._look, daemon=True)
 
@@ -48,11 +48,6 @@ class Watch:
         """Between and behind the looks as between the last two; a program that was never seen has slept."""
         return self._until(self.end if last is None else last) - self._until(first)
 
-    @property
-    def spent(self) -> float:
-        """Seconds of the processor, as far as they were seen."""
-        return self.ticks / TICKS
-
     def _until(self, at: float) -> float:
         k = min(bisect.bisect_right(self.times, at), len(self.times) - 1)
         if k == 0:
@@ -61,17 +56,18 @@ class Watch:
         return self.owns[k - 1] + slope * (at - self.times[k - 1])
 
     def _look(self) -> None:
-        spent = {}
+        before = 0
         while not self.done.wait(PERIOD):
             now = time.monotonic() - self.begin
             tree = processes_of(self.mark)
             if self.limits:
                 self._hold(tree)
-            before = sum(spent.values())
-            spent.update({pid: one.ticks for pid, one in tree.items()})  # what has ended keeps its own
-            self.ticks = sum(spent.values())
-            used, passed = (self.ticks - before) / TICKS, now - self.times[-1]
-            asleep = all(state_of_threads(pid, one.state) in ASLEEP for pid, one in tree.items())
+            total = sum(one.ticks + one.reaped for one in tree.values())  # what has ended is in its parent's
+            used, passed = max(0, total - before) / TICKS, now - self.times[-1]
+            self.spent, before = self.spent + used, total
+            parents = {one.parent for one in tree.values()}  # one of them may wait for its vfork, as for a disk
+            asleep = all((state := state_of_threads(pid, one.state)) in ASLEEP or (state == "D" and pid in parents)
+                         for pid, one in tree.items())
             self.times.append(now)
             self.owns.append(self.owns[-1] + (passed if asleep else min(used, passed)))
 
