@@ -84,6 +84,38 @@ void PrintRun(const ch5::OdometryRun& run) {
   }
 }
 
+// Says each on standard error, and keeps it for the report.
+void Warn(const ch5::RecordingWarnings& more, ch5::RecordingWarnings* warnings) {
+  for (const ch5::RecordingWarning& warning : more)
+    std::fprintf(stderr, "ch5_recording: warning: %s\n", warning.words.c_str());
+  warnings->insert(warnings->end(), more.begin(), more.end());
+}
+
+// Lines that cannot be read, and keys that nobody reads.
+ch5::RecordingWarnings CheckFiles(const std::vector<ch5::LeftOut>& left_out, const std::vector<std::string>& keys) {
+  ch5::RecordingWarnings warnings;
+  for (const ch5::LeftOut& lines : left_out) {
+    warnings.push_back({"left_out", static_cast<double>(lines.count), ch5::kNoNumber,
+                        lines.file + ": lines left out: " + std::to_string(lines.count) + ", the first: " + lines.first,
+                        lines.first});
+  }
+  if (!keys.empty()) {
+    warnings.push_back({"cameras", static_cast<double>(keys.size()), ch5::kNoNumber,
+                        "only camera and camera1 are used; keys of others: " + std::to_string(keys.size()) +
+                            ", the first is " + keys.front()});
+  }
+  return warnings;
+}
+
+// Throws if no image has a state, with what each policy says of the last one.
+void RequireAStart(const ch5::OdometryStudy& study, size_t images) {
+  const auto is_silent = [](const ch5::OdometryRun& run) { return run.states.empty(); };
+  if (!std::all_of(study.runs.begin(), study.runs.end(), is_silent)) return;
+  std::string message = "no image was answered: in these " + std::to_string(images) + " images no policy found a start";
+  for (const ch5::OdometryRun& run : study.runs) message += "\n  " + run.policy + ": " + run.rows.back().report.message;
+  throw std::invalid_argument(message);
+}
+
 void Run(const Command& command) {
   std::vector<ch5::LeftOut> left_out;
   std::vector<int> imu_lines;
@@ -94,21 +126,8 @@ void Run(const Command& command) {
   const auto readings = ch5::CheckReadings((folder / "imu.csv").string(), imu_lines, command.strict, &recording);
   settings.Restrict(&recording);
   ch5::RecordingWarnings warnings;
-  const auto warn = [&warnings](const ch5::RecordingWarnings& more) {
-    for (const ch5::RecordingWarning& warning : more)
-      std::fprintf(stderr, "ch5_recording: warning: %s\n", warning.words.c_str());
-    warnings.insert(warnings.end(), more.begin(), more.end());
-  };
-  for (const ch5::LeftOut& lines : left_out) {
-    warn({{"left_out", static_cast<double>(lines.count), ch5::kNoNumber,
-           lines.file + ": lines left out: " + std::to_string(lines.count) + ", the first: " + lines.first,
-           lines.first}});
-  }
-  if (const auto& keys = extras.not_used; !keys.empty()) {
-    warn({{"cameras", static_cast<double>(keys.size()), ch5::kNoNumber,
-           "only camera and camera1 are used; keys of others: " + std::to_string(keys.size()) + ", the first is " +
-               keys.front()}});
-  }
+  const auto warn = [&warnings](const ch5::RecordingWarnings& more) { Warn(more, &warnings); };
+  warn(CheckFiles(left_out, extras.not_used));
   warn(readings);
   warn(ch5::CheckNoise(&recording, &settings));
   const auto is_dead = [](const ch5::RecordingWarning& warning) { return warning.name == "gyroscope_dead"; };
@@ -127,14 +146,7 @@ void Run(const Command& command) {
   progress.Clear();
   const ch5::RecordingWarnings failures = ch5::CheckFailures(study);
   warn(failures);
-  const auto is_silent = [](const ch5::OdometryRun& run) { return run.states.empty(); };
-  if (std::all_of(study.runs.begin(), study.runs.end(), is_silent)) {
-    std::string message = "no image was answered: in these " + std::to_string(recording.images.size()) +
-                          " images no policy found a start";
-    for (const ch5::OdometryRun& run : study.runs)
-      message += "\n  " + run.policy + ": " + run.rows.back().report.message;
-    throw std::invalid_argument(message);
-  }
+  RequireAStart(study, recording.images.size());
   if (failures.empty()) warn(ch5::CheckStarts(study));  // else no scale can be expected
   warn(ch5::CheckComparison(study));
   study.warnings = warnings;

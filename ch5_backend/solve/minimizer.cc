@@ -116,18 +116,7 @@ class Run {
         system_->RollbackStates();
         // No step large enough to change x helps, or the predicted decrease is below the rounding of the cost. Want of
         // progress alone is no minimum.
-        if (info_.step_norm <= yardstick) {
-          if (!std::isfinite(new_cost)) {
-            return Stop(Termination::kNoDecrease, "even a step of |dx| = ", info_.step_norm,
-                        " makes the cost infinite or NaN: a residual or a Plus has no number nearby");
-          }
-          // So small a step is a linear one: the cost must follow its gradient, as far as rounding lets it be seen.
-          if (info_.step_norm > 1e3 * kRounding * size && predicted > kVisible * cost_ && info_.gain_ratio < -0.5) {
-            return Stop(Termination::kNoDecrease, "a step of |dx| = ", info_.step_norm,
-                        " raises the cost where the Jacobians say that it falls; CheckJacobians tells which are wrong");
-          }
-          return Stop(Termination::kStepConverged, "|dx| = ", info_.step_norm, " does not lower the cost any more");
-        }
+        if (info_.step_norm <= yardstick) return StopAtASmallStep(new_cost, predicted, size);
         if (new_cost == cost_) return StopAtTheSameCost(predicted);  // ρ = 0, where g2o ends too
         if (std::abs(predicted) <= 1e-13 * cost_) {
           return StopBelowRounding(predicted);
@@ -140,6 +129,20 @@ class Run {
     if (solved) return Stop(Termination::kNoDecrease, "no step lowered the cost below ", cost_);
     Stop(Termination::kLinearSolverFailed, "H + lambda D is not positive definite at lambda = ", info_.lambda,
          "; is a gauge free, or a landmark seen too little?");
+  }
+
+  // A step too small to change x has not lowered the cost.
+  void StopAtASmallStep(double new_cost, double predicted, double size) {
+    if (!std::isfinite(new_cost)) {
+      return Stop(Termination::kNoDecrease, "even a step of |dx| = ", info_.step_norm,
+                  " makes the cost infinite or NaN: a residual or a Plus has no number nearby");
+    }
+    // So small a step is a linear one: the cost must follow its gradient, as far as rounding lets it be seen.
+    if (info_.step_norm > 1e3 * kRounding * size && predicted > kVisible * cost_ && info_.gain_ratio < -0.5) {
+      return Stop(Termination::kNoDecrease, "a step of |dx| = ", info_.step_norm,
+                  " raises the cost where the Jacobians say that it falls; CheckJacobians tells which are wrong");
+    }
+    Stop(Termination::kStepConverged, "|dx| = ", info_.step_norm, " does not lower the cost any more");
   }
 
   // How much the cost falls when each landmark is moved alone; 0 once that has become too little to be worth it.

@@ -59,6 +59,21 @@ void RemoveUndetermined(Window* window) {
 
 bool IsUsed(const Window&, const WindowLandmark& landmark) { return landmark.seen.size() >= 2; }
 
+BatchResult ResultOf(const Window& window, const Summary& solve) {
+  BatchResult result;
+  result.solve = solve;
+  for (const Frame& frame : window.frames) result.states.push_back(window.StateOf(frame));
+  result.T_B_C = window.T_B_C();
+  if (window.extrinsic1) result.T_B_C1 = window.T_B_C1();
+  result.time_offset = window.time_offset->GetEstimate()[0];
+  for (const auto& [id, landmark] : window.landmarks) {
+    if (!landmark.inverse_depth || !IsUsed(window, landmark)) continue;
+    ++result.landmarks;
+    result.observations += static_cast<int>(landmark.seen.size());
+  }
+  return result;
+}
+
 }  // namespace
 
 BatchResult SolveBatch(const EstimatorOptions& options, const std::vector<Image>& images,
@@ -80,7 +95,7 @@ BatchResult SolveBatch(const EstimatorOptions& options, const std::vector<Image>
   solve.algorithm = Algorithm::kDogleg;  // damping would hold the scale, whose gradient is small
   solve.max_iterations = batch.max_iterations;
   solve.cost_tolerance = batch.cost_tolerance;
-  BatchResult result;
+  Summary last;
   double seconds = 0.0;
   for (int round = 0; round < batch.rounds; ++round) {
     window.graph = Graph();  // a landmark that leaves need not be looked for in it
@@ -89,20 +104,11 @@ BatchResult SolveBatch(const EstimatorOptions& options, const std::vector<Image>
     RemoveOutliers((round > 0 ? 1.0 : 10.0) * options.max_outlier_pixels / options.calibration.FocalLength(), &window);
     if (round > 0) Reintegrate(window);
     BuildGraph(options.weights, IsUsed, &window, options.own_edges);
-    result.solve = optimizer.Solve(solve);
-    seconds += result.solve.seconds;
+    last = optimizer.Solve(solve);
+    seconds += last.seconds;
   }
-  result.solve.seconds = seconds;
-  for (const Frame& frame : window.frames) result.states.push_back(window.StateOf(frame));
-  result.T_B_C = window.T_B_C();
-  if (window.extrinsic1) result.T_B_C1 = window.T_B_C1();
-  result.time_offset = window.time_offset->GetEstimate()[0];
-  for (const auto& [id, landmark] : window.landmarks) {
-    if (!landmark.inverse_depth || !IsUsed(window, landmark)) continue;
-    ++result.landmarks;
-    result.observations += static_cast<int>(landmark.seen.size());
-  }
-  return result;
+  last.seconds = seconds;
+  return ResultOf(window, last);
 }
 
 }  // namespace ch5

@@ -242,6 +242,25 @@ void CheckDeadAxes(const Recording& recording, RecordingWarnings* warnings) {
   check(kSensors[1], QuietAxes(forces, kQuietForce), kLeastForce, [&] { return SpreadOfGravity(recording.imu); });
 }
 
+// Its rails and its spikes; between values that are held for several readings, the readings are interpolated.
+void CheckSensor(const Sensor& sensor, Recording* recording, std::vector<bool>* is_out, RecordingWarnings* warnings) {
+  Readings& imu = recording->imu;
+  const std::vector<size_t> at_rail = CheckRails(imu, sensor, warnings);
+  // Spikes of a sensor that is read too often last as long as its other values.
+  const std::vector<Held> runs = RunsOfEqual(imu, sensor.reading);
+  if (const size_t held_for = HeldFor(runs); held_for > 1) {
+    const double rate = static_cast<double>(runs.size()) / (imu.back().t - imu.front().t);
+    warnings->push_back({sensor.name + "_held", rate, static_cast<double>(held_for),
+                         Join("the ", sensor.name, " measures at ", rate, " Hz: each value stands in ", held_for,
+                              " readings or so; from one to the next is interpolated")});
+    Interpolate(sensor.reading, runs, held_for, &imu);
+    // As noisy values are so many times fewer.
+    recording->calibration.noise.*sensor.density *= std::sqrt(static_cast<double>(held_for));
+  }
+  MarkSpikes(imu, sensor, is_out);
+  for (const size_t k : at_rail) (*is_out)[k] = false;
+}
+
 }  // namespace
 
 RecordingWarnings CheckReadings(const std::string& path, std::vector<int> lines, bool strict, Recording* recording) {
@@ -270,22 +289,7 @@ RecordingWarnings CheckReadings(const std::string& path, std::vector<int> lines,
   leave_out(is_out, "imu_stuck", "their values are zero or repeat those before");
 
   is_out.assign(imu.size(), false);
-  for (const Sensor& sensor : kSensors) {
-    const std::vector<size_t> at_rail = CheckRails(imu, sensor, &warnings);
-    // Spikes of a sensor that is read too often last as long as its other values.
-    const std::vector<Held> runs = RunsOfEqual(imu, sensor.reading);
-    if (const size_t held_for = HeldFor(runs); held_for > 1) {
-      const double rate = static_cast<double>(runs.size()) / (imu.back().t - imu.front().t);
-      warnings.push_back({sensor.name + "_held", rate, static_cast<double>(held_for),
-                          Join("the ", sensor.name, " measures at ", rate, " Hz: each value stands in ", held_for,
-                               " readings or so; from one to the next is interpolated")});
-      Interpolate(sensor.reading, runs, held_for, &imu);
-      // As noisy values are so many times fewer.
-      recording->calibration.noise.*sensor.density *= std::sqrt(static_cast<double>(held_for));
-    }
-    MarkSpikes(imu, sensor, &is_out);
-    for (const size_t k : at_rail) is_out[k] = false;
-  }
+  for (const Sensor& sensor : kSensors) CheckSensor(sensor, recording, &is_out, &warnings);
   leave_out(is_out, "imu_spike", "each is far from both its neighbors");
   CheckDeadAxes(*recording, &warnings);
   return warnings;

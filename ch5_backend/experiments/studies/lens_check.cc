@@ -117,19 +117,12 @@ Vec3 FirstDirection(const ImagePair& pair) {
   return t;
 }
 
-}  // namespace
+using Unknowns = std::array<std::shared_ptr<VertexScalar>, 3>;
 
-std::optional<Disagreement> FindDisagreement(const Recording& recording, double delay) {
-  constexpr size_t kPairs = 50, kFewest = 10;
-  Graph graph;
-  const auto bias_delay = std::make_shared<VertexVector<4>>(VertexVector<4>::Estimate::Zero());
-  graph.AddVertex(bias_delay);
-  std::array<std::shared_ptr<VertexScalar>, 3> unknowns;
-  for (auto& unknown : unknowns) {
-    unknown = std::make_shared<VertexScalar>(VertexScalar::Estimate(0.0));
-    unknown->SetFixed();
-    graph.AddVertex(unknown);
-  }
+// The edges of pairs of images all over the recording; returns how many pairs there are.
+size_t AddPairs(const Recording& recording, double delay, const std::shared_ptr<VertexVector<4>>& bias_delay,
+                const Unknowns& unknowns, Graph* graph) {
+  constexpr size_t kPairs = 50;
   size_t pairs = 0;
   for (size_t i = 0; i < recording.images.size(); i += std::max<size_t>(1, recording.images.size() / kPairs)) {
     const auto pair = FindPair(recording, i, delay);
@@ -137,14 +130,30 @@ std::optional<Disagreement> FindDisagreement(const Recording& recording, double 
     ++pairs;
     const auto t = std::make_shared<VertexVector<3>>(FirstDirection(*pair));
     t->SetRole(Role::kLandmark);
-    graph.AddVertex(t);
+    graph->AddVertex(t);
     for (const auto& points : pair->points) {
-      graph.AddEdge(
+      graph->AddEdge(
           std::make_shared<EdgeBentRays>(bias_delay, unknowns[0], unknowns[1], unknowns[2], t, pair->turn, points));
-      graph.Edges().back()->SetInformation(Mat22::Identity() / (kSigma * kSigma));
+      graph->Edges().back()->SetInformation(Mat22::Identity() / (kSigma * kSigma));
     }
   }
-  if (pairs < kFewest) return std::nullopt;
+  return pairs;
+}
+
+}  // namespace
+
+std::optional<Disagreement> FindDisagreement(const Recording& recording, double delay) {
+  constexpr size_t kFewest = 10;
+  Graph graph;
+  const auto bias_delay = std::make_shared<VertexVector<4>>(VertexVector<4>::Estimate::Zero());
+  graph.AddVertex(bias_delay);
+  Unknowns unknowns;
+  for (auto& unknown : unknowns) {
+    unknown = std::make_shared<VertexScalar>(VertexScalar::Estimate(0.0));
+    unknown->SetFixed();
+    graph.AddVertex(unknown);
+  }
+  if (AddPairs(recording, delay, bias_delay, unknowns, &graph) < kFewest) return std::nullopt;
   const auto solve = [&](double width) {
     const auto loss = std::make_shared<CauchyLoss>(width);
     for (const auto& edge : graph.Edges()) edge->SetLossFunction(loss);

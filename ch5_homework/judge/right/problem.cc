@@ -55,6 +55,23 @@ Order AsGiven(int n) {
   return order;
 }
 
+/// What comes of rows that are added to, or subtracted from, what stands where they land, or land with the other sign.
+std::vector<Instead> WrongSigns(const Order& right, int idx, int dim, const Text& rows) {
+  const int n = static_cast<int>(right.size()), tail = n - idx - dim;
+  std::vector<Instead> wrong;
+  for (const auto& [first, count] : {std::pair{idx, tail}, {n - dim, dim}, {idx, tail + dim}}) {
+    for (const auto& [cause, sign, kept] : {std::tuple{"2.added_to_what_stands_there", 1.0, 1.0},
+                                            {"2.subtracted_from_what_stands_there", -1.0, 1.0},
+                                            {"2.moved_with_other_sign", -1.0, 0.0}}) {
+      MatXX P = Value(Picked(right));
+      P.middleRows(first, count) *= sign;
+      P.middleRows(first, count) += kept * MatXX::Identity(n, n).middleRows(first, count);
+      wrong.emplace_back(Matrix("P", P), Text(cause, {{"rows", rows}}));
+    }
+  }
+  return wrong;
+}
+
 /// Where rows may land by mistake: `rows` is what moves, "2.rows", "2.columns" or "2.entries_b".
 /// @param other  the order of the other way to move them
 std::vector<Instead> WrongOrders(const Order& right, const Order& other, int idx, int dim, const Text& rows) {
@@ -90,16 +107,8 @@ std::vector<Instead> WrongOrders(const Order& right, const Order& other, int idx
   Order overwritten = up;
   std::copy_n(up.begin() + idx, dim, overwritten.end() - dim);
   add("2.read_after_overwriting", overwritten);
-  for (const auto& [first, count] : {std::pair{idx, tail}, {n - dim, dim}, {idx, tail + dim}}) {
-    for (const auto& [cause, sign, kept] : {std::tuple{"2.added_to_what_stands_there", 1.0, 1.0},
-                                            {"2.subtracted_from_what_stands_there", -1.0, 1.0},
-                                            {"2.moved_with_other_sign", -1.0, 0.0}}) {
-      MatXX P = Value(Picked(right));
-      P.middleRows(first, count) *= sign;
-      P.middleRows(first, count) += kept * MatXX::Identity(n, n).middleRows(first, count);
-      wrong.emplace_back(Matrix("P", P), Text(cause, {{"rows", rows}}));
-    }
-  }
+  const std::vector<Instead> of_signs = WrongSigns(right, idx, dim, rows);
+  wrong.insert(wrong.end(), of_signs.begin(), of_signs.end());
   return wrong;
 }
 
