@@ -214,15 +214,16 @@ Vec3 SpreadOfImageTurns(const Recording& recording) {
     rates.emplace_back(R_B_C * a->rate, R_B_C * b->rate);
   });
   const double n = static_cast<double>(rates.size());
-  Vec3 sum = Vec3::Zero(), squares = Vec3::Zero();
+  Vec3 aa = Vec3::Zero(), ab = Vec3::Zero(), bb = Vec3::Zero();
   for (const auto& [a, b] : rates) {
-    const Vec3 product = (a - mean_a / n).cwiseProduct(b - mean_b / n);
-    sum += product;
-    squares += product.cwiseAbs2();
+    const Vec3 x = a - mean_a / n, y = b - mean_b / n;
+    aa += x.cwiseAbs2(), ab += x.cwiseProduct(y), bb += y.cwiseAbs2();
   }
   Vec3 spread = Vec3::Zero();
-  for (int axis = 0; axis < 3; ++axis)
-    if (sum[axis] > kSure * std::sqrt(kOverlap * squares[axis])) spread[axis] = std::sqrt(sum[axis] / n);
+  for (int axis = 0; axis < 3; ++axis) {  // of noise alone, a correlation of n pairs has σ² = 1/n
+    const double sigma = std::sqrt(kOverlap / n * aa[axis] * bb[axis]);
+    if (ab[axis] > kSure * sigma) spread[axis] = std::sqrt(ab[axis] / n);
+  }
   return spread;
 }
 

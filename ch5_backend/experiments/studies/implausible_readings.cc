@@ -56,18 +56,29 @@ std::vector<Held> RunsOfEqual(const Readings& imu, Reading reading) {
   return runs;
 }
 
-// For how many readings each value of a sensor stays, as where a slow sensor is read at a fast one's rate; 1: it does not. At
-// rest a coarse one repeats its values too, but without a rule.
-size_t HeldFor(const std::vector<Held>& runs) {
-  constexpr size_t kFewest = 20;
-  constexpr double kShare = 0.8;  // by chance less than half are so alike
-  if (runs.size() < kFewest) return 1;
-  std::vector<double> lengths;
-  for (const Held& run : runs) lengths.push_back(static_cast<double>(run.length));
-  const double median = Median(lengths);
-  const auto is_alike = [&](double length) { return length > 1.0 && std::abs(length - median) <= 1.0; };
-  const auto alike = std::count_if(lengths.begin(), lengths.end(), is_alike);
-  return static_cast<double>(alike) < kShare * static_cast<double>(runs.size()) ? 1 : static_cast<size_t>(median);
+// In how many readings each value of a sensor stands, in the mean, as where a slow sensor is read at a fast one's rate or a log
+// is filled up to a rate; 1: it does not. Rounded values of three axes repeat each for itself: of n readings all three at once
+// by chance in n p₁ p₂ p₃, if p are the axes' shares. More is asked of all tenths of a second or so together: at the end of a
+// rest, a sensor without noise repeats more in one of them.
+double HeldFor(const Readings& imu, Reading reading) {
+  constexpr size_t kPart = 20;
+  constexpr double kSure = 6.0, kLeast = 1.05;  // a driver that repeats a reading or two does no harm
+  double repeats = 0.0, parts = 0.0, more = 0.0, squares = 0.0;
+  for (size_t first = 1; first + kPart <= imu.size(); first += kPart) {
+    Vec3 alone = Vec3::Zero();
+    double together = 0.0;
+    for (size_t k = first; k < first + kPart; ++k) {
+      const Vec3 same = (imu[k].*reading).cwiseEqual(imu[k - 1].*reading).cast<double>();
+      alone += same;
+      together += same.prod();
+    }
+    const double beyond_chance = together - alone.prod() / static_cast<double>(kPart * kPart);  // 20 · Π (count / 20)
+    repeats += together, parts += 1.0, more += beyond_chance, squares += beyond_chance * beyond_chance;
+  }
+  const double variance = squares - more * more / std::max(1.0, parts);  // of the sum
+  if (more <= kSure * std::sqrt(std::max(0.0, variance)) || more == 0.0) return 1.0;
+  const double n = static_cast<double>(imu.size()), held_for = n / (n - repeats);
+  return held_for < kLeast ? 1.0 : held_for;
 }
 
 // Where a noisy sensor stands still and then jumps, and where it feels not even gravity. A coarse one may stand still at
@@ -85,7 +96,7 @@ void MarkStuck(const Readings& imu, const Sensor& sensor, std::vector<bool>* is_
   for (size_t i = 1; i < runs.size(); ++i) steps.push_back(step(runs[i].first));
   const double resolution = *std::min_element(steps.begin(), steps.end());
   const double least = std::max(kJump * Median(steps), 2.0 * resolution);
-  const size_t fewest = std::max(kFewest, 3 * HeldFor(runs));
+  const size_t fewest = std::max(kFewest, static_cast<size_t>(3.0 * HeldFor(imu, sensor.reading)));
   for (const auto& [first, length] : runs) {
     const double before = step(first), after = step(first + length);
     const bool is_zero = sensor.reading == &ImuMeasurement::acceleration && (imu[first].*sensor.reading).isZero(0.0) &&
@@ -181,39 +192,48 @@ void MarkSpikes(const Readings& imu, const Sensor& sensor, std::vector<bool>* is
 }
 
 // Linear between the values that are new.
-void Interpolate(Reading reading, const std::vector<Held>& runs, size_t held_for, Readings* imu) {
+void Interpolate(Reading reading, const std::vector<Held>& runs, double held_for, Readings* imu) {
   for (size_t i = 0; i + 1 < runs.size(); ++i) {
     const auto [first, length] = runs[i];
     const ImuMeasurement from = (*imu)[first], to = (*imu)[first + length];
-    if (length > 2 * held_for) continue;
+    if (static_cast<double>(length) > 2.0 * held_for) continue;
     for (size_t k = first + 1; k < first + length; ++k)
       (*imu)[k].*reading = from.*reading + ((*imu)[k].t - from.t) / (to.t - from.t) * (to.*reading - from.*reading);
   }
 }
 
-// Where `felt` nearly always is this near to its median: the axes, such as "xz".
-std::string QuietAxes(const std::vector<Vec3>& felt, double near) {
-  constexpr double kAlmost = 0.1;
-  std::string axes;
-  for (int axis = 0; axis < 3; ++axis) {
-    std::vector<double> values;
-    for (const Vec3& value : felt) values.push_back(value[axis]);
-    const double median = Median(values);
-    for (double& value : values) value = std::abs(value - median);
-    if (Quantile(values, 1.0 - kAlmost) <= near) axes += "xyz"[axis];
+// Whether an axis holds no motion: it is constant, or white noise. Of that n Σ ρ² over the correlations ρ at L delays has the mean
+// L and the variance 2L (Box and Pierce 1970), of an axis that feels something a hundred times as much.
+bool IsWhite(const std::vector<double>& values) {
+  constexpr size_t kDelays = 20;
+  constexpr double kSigmas = 5.0;
+  const auto x = Eigen::Map<const VecX>(values.data(), static_cast<Eigen::Index>(values.size()));
+  const VecX centered = x.array() - x.mean();
+  const double squares = centered.squaredNorm();
+  const bool is_constant = squares <= 1e-20 * x.squaredNorm();
+  if (values.size() < 10 * kDelays || is_constant) return is_constant;
+  double sum = 0.0;
+  for (Eigen::Index delay = 1; delay <= static_cast<Eigen::Index>(kDelays); ++delay) {
+    const Eigen::Index n = centered.size() - delay;
+    const double correlation = centered.head(n).dot(centered.tail(n)) / squares;
+    sum += static_cast<double>(centered.size()) * correlation * correlation;
   }
-  return axes;
+  return sum < kDelays + kSigmas * std::sqrt(2.0 * kDelays);
 }
 
-// The spread of gravity's direction by the gyroscope, whose drift the accelerometer takes back within seconds.
+// The spread of gravity's direction by the gyroscope, whose drift the accelerometer takes back within seconds, once the guess
+// that it begins with is forgotten.
 Vec3 SpreadOfGravity(const Readings& imu) {
-  constexpr double kSeconds = 5.0;
-  const double n = static_cast<double>(imu.size());
+  constexpr double kSeconds = 2.0, kForgotten = 6.0;
+  const double begin = imu.front().t + std::min(kForgotten, 0.5 * (imu.back().t - imu.front().t));
   Vec3 g = Vec3::Zero(), sum = Vec3::Zero(), squares = Vec3::Zero();
-  for (const ImuMeasurement& m : imu) g += m.acceleration / n;
+  for (const ImuMeasurement& m : imu) g += m.acceleration / static_cast<double>(imu.size());
+  double n = 0.0;
   for (size_t k = 1; k < imu.size(); ++k) {
     const double dt = std::min(imu[k].t - imu[k - 1].t, kSeconds);
     g = ExpSO3(-dt * imu[k].gyroscope) * g + dt / kSeconds * (imu[k].acceleration - g);
+    if (imu[k].t < begin) continue;
+    n += 1.0;
     sum += g;
     squares += g.cwiseAbs2();
   }
@@ -223,23 +243,26 @@ Vec3 SpreadOfGravity(const Readings& imu) {
 // A robot on a plane tilts about no axis: so the images must turn about the gyroscope's, and gravity, by the gyroscope, move
 // along the accelerometer's.
 void CheckDeadAxes(const Recording& recording, RecordingWarnings* warnings) {
-  constexpr double kQuietTurn = 0.02, kLeastTurn = 0.1;   // [rad/s]: carried or flying sensors feel more
-  constexpr double kQuietForce = 0.0, kLeastForce = 0.4;  // [m/s²]
-  std::vector<Vec3> rates, forces;
-  for (const ImuMeasurement& m : recording.imu) rates.push_back(m.gyroscope), forces.push_back(m.acceleration);
-  const auto check = [&](const Sensor& sensor, const std::string& quiet, double least, const auto& spread_of) {
-    if (quiet.empty()) return;
+  constexpr double kLeastTurn = 0.05;   // [rad/s]
+  constexpr double kLeastForce = 0.12;  // of gravity, along an axis [m/s²]
+  const auto check = [&](const Sensor& sensor, double least, const auto& spread_of) {
+    std::string silent, dead;
+    for (int axis = 0; axis < 3; ++axis) {
+      std::vector<double> values;
+      for (const ImuMeasurement& m : recording.imu) values.push_back((m.*sensor.reading)[axis]);
+      if (IsWhite(values)) silent += "xyz"[axis];
+    }
+    if (silent.empty()) return;
     const Vec3 spread = spread_of();
-    std::string dead;
-    for (const char axis : quiet)
+    for (const char axis : silent)
       if (spread[axis - 'x'] > least) dead += (dead.empty() ? "" : ", ") + std::string(1, axis);
     if (dead.empty()) return;
     warnings->push_back(
         {sensor.name + "_dead", spread.maxCoeff(), kNoNumber,
          Join("the ", sensor.name, " feels nothing on axis ", dead, " all along, though the body turns"), dead});
   };
-  check(kSensors[0], QuietAxes(rates, kQuietTurn), kLeastTurn, [&] { return SpreadOfImageTurns(recording); });
-  check(kSensors[1], QuietAxes(forces, kQuietForce), kLeastForce, [&] { return SpreadOfGravity(recording.imu); });
+  check(kSensors[0], kLeastTurn, [&] { return SpreadOfImageTurns(recording); });
+  check(kSensors[1], kLeastForce, [&] { return SpreadOfGravity(recording.imu); });
 }
 
 // Its rails and its spikes; between values that are held for several readings, the readings are interpolated.
@@ -247,15 +270,14 @@ void CheckSensor(const Sensor& sensor, Recording* recording, std::vector<bool>* 
   Readings& imu = recording->imu;
   const std::vector<size_t> at_rail = CheckRails(imu, sensor, warnings);
   // Spikes of a sensor that is read too often last as long as its other values.
-  const std::vector<Held> runs = RunsOfEqual(imu, sensor.reading);
-  if (const size_t held_for = HeldFor(runs); held_for > 1) {
+  if (const double held_for = HeldFor(imu, sensor.reading); held_for > 1.0) {
+    const std::vector<Held> runs = RunsOfEqual(imu, sensor.reading);
     const double rate = static_cast<double>(runs.size()) / (imu.back().t - imu.front().t);
-    warnings->push_back({sensor.name + "_held", rate, static_cast<double>(held_for),
+    warnings->push_back({sensor.name + "_held", rate, held_for,
                          Join("the ", sensor.name, " measures at ", rate, " Hz: each value stands in ", held_for,
-                              " readings or so; from one to the next is interpolated")});
+                              " readings in the mean; from one to the next is interpolated")});
     Interpolate(sensor.reading, runs, held_for, &imu);
-    // As noisy values are so many times fewer.
-    recording->calibration.noise.*sensor.density *= std::sqrt(static_cast<double>(held_for));
+    recording->calibration.noise.*sensor.density *= std::sqrt(held_for);  // as noisy values are so many times fewer
   }
   MarkSpikes(imu, sensor, is_out);
   for (const size_t k : at_rail) (*is_out)[k] = false;
