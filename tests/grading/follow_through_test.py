@@ -176,16 +176,16 @@ class Grades(unittest.TestCase):
                                [stage for stage in STAGES if stage["file"] == file], read_rubric(), 3, Clock())
         return {row["id"]: row for row in mark(found, read_rubric())["stages"]}, toolchain.compiled
 
-    def test_a_wrong_sign_leaves_nine_of_fourteen_points(self):
+    def test_a_wrong_sign_leaves_eight_of_twelve_points(self):
         rows, compiled = self.graded(SAMPLES["schur_sign"])
         self.assertEqual({stage: (row["state"], row["score"]) for stage, row in rows.items()},
-                         {"1.1": ("right", 12), "1.2": ("wrong", 9), "2": ("right", 12)})
+                         {"1.1": ("right", 10), "1.2": ("wrong", 8), "2": ("right", 11)})
         self.assertEqual((rows["1.2"]["replaced"], compiled), (["1.2b"], ["schur_sign", "linked"]))
         self.assertLessEqual(sum(check["score"] for check in rows["1.2"]["checks"]), 2)
 
     def test_a_blank_left_empty_is_half_done(self):
         rows, _ = self.graded(BLANKS["blank_1_2b"])
-        self.assertEqual((rows["1.2"]["state"], rows["1.2"]["diagnosis"]["begun"], rows["1.2"]["score"]), ("not-started", True, 9))
+        self.assertEqual((rows["1.2"]["state"], rows["1.2"]["diagnosis"]["begun"], rows["1.2"]["score"]), ("not-started", True, 8))
 
     def test_what_is_right_is_compiled_once(self):
         self.assertEqual(self.graded(Sample("linked"))[1], ["linked"])

@@ -54,7 +54,7 @@ def gradescope(record: dict, say: Speaker = speaker("en")) -> dict:
     """results.json; without "score" where there is no mark, so that Gradescope asks for a rerun."""
     extra = {"key": record["key"], "seed": record["seed"], "status": record["status"]}
     if record["status"] != "graded":
-        words = {"not-read": "\n".join(map(say.text, record["faults"])), "not-judged": say("grade.partly_judged")}
+        words = {"not-read": "\n".join(map(say.text, record.get("faults", ()))), "not-judged": say("grade.partly_judged")}
         return {"output": words.get(record["status"], say("grade.grader_failed")), "extra_data": extra, "tests": []}
     tests = [{"name": f"{row['id']} {row['name']}: {check_in_words(check['name'], say)}", "number": row["id"], "score": check["score"],
               "max_score": check["points"], "status": "passed" if check["passed"] else "failed",
