@@ -228,7 +228,7 @@ std::vector<FailureCase> FailureCases() {
   const Vec3 small(0.3, 0.1, 0.1);
   const Failure none = Failure::kNone;
   return {
-      {"6.nothing_unusual", 0.1, 0.01, small, none, "6.comparison_wrong_way_round"},
+      {"6.nothing_unusual", 0.1, 0.01, small, none, "6.condition_holds_wrongly"},
       {Text("6.b_a_m_s", {{"x", Word("2.51")}}), 2.51, 0.01, small, Failure::kAccelerometerBias,
        "6.accelerometer_bias"},
       {Text("6.b_a_m_s", {{"x", Word("2.49")}}), 2.49, 0.01, small, none, "6.accelerometer_limit"},

@@ -312,7 +312,7 @@ static VecX CountsIn(const MatXX& A, const std::vector<Term>& terms) {
   return scale.asDiagonal() * (PseudoInversePsd(scaled.transpose() * scaled) * (scaled.transpose() * A.reshaped()));
 }
 
-constexpr double kMostTimes = 1e3;  // that anybody counts a term
+constexpr double kMostTimes = 1e3;  // that anybody counts a term; more: numbers of another unit, or of an earlier call
 
 /// The terms so many times each: half and whole numbers, or any of one term.
 void TermsOfOtherCounts(const View& v) {
@@ -345,8 +345,7 @@ void TermsOfOtherCounts(const View& v) {
     parts.push_back(term.x);
     factors.push_back(count);
   }
-  if (parts.empty() || (odd_ones > 0 && wrong_ones > 1)) return;
-  if (times.cwiseAbs().maxCoeff() > kMostTimes) return;  // the numbers of another unit, or of an earlier call
+  if (parts.empty() || (odd_ones > 0 && wrong_ones > 1) || times.cwiseAbs().maxCoeff() > kMostTimes) return;
   if ((times.array() == times[0]).all()) return;  // of the whole that is said elsewhere
   const Expression instead = Sum(parts, factors);
   if (wrong_ones == 1) {
