@@ -123,7 +123,9 @@ def refute(number, out, language: str) -> int:
             if not ask(number, comparison, read_table(place), say):
                 return 1
         if "" not in answered(number):
-            keep([number, "", input(f"{say('refute.sentence')}\n  > ").strip()])
+            if not (told := input(f"{say('refute.sentence')}\n  > ").strip()):
+                return 1
+            keep([number, "", told])
     except EOFError:
         print()
         return 1
