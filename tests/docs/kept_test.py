@@ -14,8 +14,6 @@ from ch5_backend.figures.numbers.windows import KEPT
 from ch5_backend.figures.tables import Tables
 
 TIMED = re.compile(r"milliseconds|microseconds|seconds|seconds_to_start|megabytes")  # other on each machine
-# Written before a window began otherwise: ch5_nees --runs 200 makes them anew, in half an hour of two quiet cores.
-OLDER = {("vins", "exact"), ("vins", "noisy"), ("okvis", "exact")}
 ROUNDING = {"back_ends": ("worst_error",)}  # to a factor
 
 
@@ -53,7 +51,7 @@ class KeptTables(FolderTest):
         fresh, kept = Tables(self.folder / "csv")("consistency"), KEPT("consistency")
         cases = ("policy", "observations", "hosts", "mode", "t_s")
         for row in kept.rows():
-            if row["t_s"] < 1.95 and (row["policy"], row["hosts"]) not in OLDER:
+            if row["t_s"] < 1.95:
                 again = fresh.row(**{name: row[name] for name in cases})
                 for name in row.keys() - set(cases):
                     tolerance = 1e-2 if name.endswith("leak") else 1e-6  # a small difference of large sums
