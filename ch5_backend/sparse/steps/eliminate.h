@@ -28,7 +28,7 @@ struct DampingRule {
 };
 
 struct Eliminated {
-  AlignedVector H_ll_inverse;  ///< (H_ll + λD)⁻¹, see Structure::landmark_block
+  AlignedVector H_ll_inverse;  ///< (H_ll + λD)⁻¹, see Numbering::landmark_block
   AlignedVector G_inverse;     ///< its lower triangles G⁻¹, which only forming S wants; or empty
   VecX H_ll_inverse_b;         ///< (H_ll + λD)⁻¹ b_l, the landmarks' rows
   SymmetricBlockMatrix S;      ///< empty if S is implicit

@@ -220,7 +220,7 @@ class LandmarkLinearizer : Chunk {
   }
 };
 
-// Landmarks that are numbers (L = 1), run by run (Structure::runs): a block of H_pp is changed once for many edges.
+// Landmarks that are numbers (L = 1), run by run (Chunks::runs): a block of H_pp is changed once for many edges.
 template <int P, SimdLevel kSimd>
 class RunLinearizer : Chunk {
   using Vector = FittingLanes<kSimd>;

@@ -24,9 +24,9 @@ namespace ch5 {
 
 struct Linearized {
   SymmetricBlockMatrix H_pp;
-  AlignedVector H_pl;               ///< see Structure::SlotBlock; or empty, and then
+  AlignedVector H_pl;               ///< see Slots::SlotBlock; or empty, and then
   std::vector<float> H_pl_factors;  ///< of each slot's block, kernels/slot_factors.h
-  AlignedVector H_ll;               ///< see Structure::landmark_block
+  AlignedVector H_ll;               ///< see Numbering::landmark_block
   VecX b;                           ///< all rows, poses first
 
   /// Memory that Linearize works in: the columns of H_pp, and b_p, of the poses that see a chunk's landmarks.

@@ -90,61 +90,77 @@ std::vector<int> SortLandmarks(const Ordering& ordering, const Lists& seen_by) {
   return order;
 }
 
-void NumberVertices(const std::vector<int>& order, Structure* s) {
-  for (auto* list : {&s->pose_dim, &s->pose_offset}) list->reserve(s->ordering.poses.size());
-  for (auto* list : {&s->landmark_dim, &s->landmark_offset, &s->landmark_block}) list->reserve(order.size());
-  s->poses.reserve(s->ordering.poses.size());
-  s->landmarks.reserve(order.size());
-  for (const auto& vertex : s->ordering.poses) {
-    s->poses.push_back(vertex.get());
-    s->pose_dim.push_back(vertex->LocalDimension());
-    s->pose_offset.push_back(vertex->OrderingId());
+// With the landmarks in this order.
+Numbering NumberVertices(Ordering ordering, const std::vector<int>& order) {
+  Numbering n;
+  for (auto* list : {&n.pose_dim, &n.pose_offset}) list->reserve(ordering.poses.size());
+  for (auto* list : {&n.landmark_dim, &n.landmark_offset, &n.landmark_block}) list->reserve(order.size());
+  n.poses.reserve(ordering.poses.size());
+  n.landmarks.reserve(order.size());
+  for (const auto& vertex : ordering.poses) {
+    n.poses.push_back(vertex.get());
+    n.pose_dim.push_back(vertex->LocalDimension());
+    n.pose_offset.push_back(vertex->OrderingId());
   }
   for (const int l : order) {
-    Vertex* vertex = s->ordering.landmarks[l].get();
+    Vertex* vertex = ordering.landmarks[l].get();
     const int dim = vertex->LocalDimension();
-    s->landmarks.push_back(vertex);
-    s->landmark_dim.push_back(dim);
-    s->landmark_offset.push_back(vertex->OrderingId());
-    s->landmark_block.push_back(s->num_H_ll_values);
-    s->num_H_ll_values += dim * dim;
+    n.landmarks.push_back(vertex);
+    n.landmark_dim.push_back(dim);
+    n.landmark_offset.push_back(vertex->OrderingId());
+    n.landmark_block.push_back(n.num_H_ll_values);
+    n.num_H_ll_values += dim * dim;
   }
+  n.ordering = std::move(ordering);
+  return n;
+}
+
+// Speeds and biases have no part in a landmark's edges, so their sizes do not count.
+BlockSizes CommonSizes(const Numbering& vertices, const std::vector<int>& slot_pose) {
+  const auto common = [](const std::vector<int>& items, const std::vector<int>& dim) {
+    int found = 0;
+    for (const int item : items) {
+      if (found != 0 && found != dim[item]) return Eigen::Dynamic;
+      found = dim[item];
+    }
+    return found;
+  };
+  return {common(slot_pose, vertices.pose_dim), common(Numbers(vertices.landmarks.size()), vertices.landmark_dim)};
 }
 
 // A slot for each landmark in its new order, and pose that sees it.
-void FindSlots(const std::vector<int>& order, const Lists& seen_by, Structure* s) {
-  for (std::vector<int>* list : {&s->slot_pose, &s->slot_landmark}) list->reserve(seen_by.items.size());
-  s->landmark_slots.reserve(order.size() + 1);
-  s->landmark_slots.push_back(0);
-  for (int l = 0; l < s->NumLandmarks(); ++l) {
+Slots FindSlots(const std::vector<int>& order, const Lists& seen_by, const Numbering& vertices) {
+  Slots s;
+  for (std::vector<int>* list : {&s.slot_pose, &s.slot_landmark}) list->reserve(seen_by.items.size());
+  s.landmark_slots.reserve(order.size() + 1);
+  s.landmark_slots.push_back(0);
+  for (int l = 0; l < vertices.NumLandmarks(); ++l) {
     for (int k = seen_by.begin[order[l]]; k < seen_by.begin[order[l] + 1]; ++k) {
-      s->slot_pose.push_back(seen_by.items[k]);
-      s->slot_landmark.push_back(l);
+      s.slot_pose.push_back(seen_by.items[k]);
+      s.slot_landmark.push_back(l);
     }
-    s->landmark_slots.push_back(static_cast<int>(s->slot_pose.size()));
+    s.landmark_slots.push_back(static_cast<int>(s.slot_pose.size()));
   }
-  s->pose_slots = Numbers(s->slot_pose.size());
-  s->pose_slots_begin = SortByKey(s->pose_slots.begin(), s->pose_slots.end(), s->NumPoses(),
-                                  [&](int slot) { return s->slot_pose[slot]; });
-}
-
-// Where their blocks begin, unless the sizes tell.
-void PlaceSlots(Structure* s) {
-  s->num_H_pl_values = s->SlotSize() * static_cast<int>(s->slot_pose.size());
-  if (s->sizes.AreFixed()) return;
-  for (size_t slot = 0; slot < s->slot_pose.size(); ++slot) {
-    s->slot_block.push_back(s->num_H_pl_values);
-    s->num_H_pl_values += s->pose_dim[s->slot_pose[slot]] * s->landmark_dim[s->slot_landmark[slot]];
+  s.pose_slots = Numbers(s.slot_pose.size());
+  s.pose_slots_begin = SortByKey(s.pose_slots.begin(), s.pose_slots.end(), vertices.NumPoses(),
+                                 [&](int slot) { return s.slot_pose[slot]; });
+  s.sizes = CommonSizes(vertices, s.slot_pose);
+  s.num_H_pl_values = s.SlotSize() * static_cast<int>(s.slot_pose.size());
+  if (s.sizes.AreFixed()) return s;
+  for (size_t slot = 0; slot < s.slot_pose.size(); ++slot) {
+    s.slot_block.push_back(s.num_H_pl_values);
+    s.num_H_pl_values += vertices.pose_dim[s.slot_pose[slot]] * vertices.landmark_dim[s.slot_landmark[slot]];
   }
-  s->slot_block.push_back(s->num_H_pl_values);
+  s.slot_block.push_back(s.num_H_pl_values);
+  return s;
 }
 
 // Each number is written where it stays: a copy of what has just been written piece by piece would have to wait for it.
-void ListEdge(int e, int landmark, const std::vector<int>& slot_of_pose, Structure* s) {
-  const Incidence& incidence = s->ordering.incidence;
-  const int num_poses = s->NumPoses();
+void ListEdge(int e, int landmark, const std::vector<int>& slot_of_pose, const Numbering& vertices, EdgeRecords* s) {
+  const Incidence& incidence = vertices.ordering.incidence;
+  const int num_poses = vertices.NumPoses();
   EdgeRecord& record = s->edges.emplace_back();
-  record.edge = s->ordering.edges[e].get();
+  record.edge = vertices.ordering.edges[e].get();
   record.poses_begin = static_cast<int>(s->edge_poses.size());
   record.landmark_position = kNone;
   record.landmark = landmark;
@@ -163,10 +179,10 @@ void ListEdge(int e, int landmark, const std::vector<int>& slot_of_pose, Structu
   const auto begin = s->edge_poses.begin() + record.poses_begin, end = s->edge_poses.end();
   if (landmark == kNone) {  // the columns of all its vertices, the fixed ones too
     auto pose = begin;
-    const auto& vertices = record.edge->Vertices();
-    for (int i = 0; i < static_cast<int>(vertices.size()); ++i) {
+    const auto& ends = record.edge->Vertices();
+    for (int i = 0; i < static_cast<int>(ends.size()); ++i) {
       if (pose != end && pose->position == i) (pose++)->column = record.width;
-      record.width += vertices[i]->LocalDimension();
+      record.width += ends[i]->LocalDimension();
     }
   }
   const auto by_number = [](const EdgePose& a, const EdgePose& b) { return a.pose < b.pose; };
@@ -174,33 +190,37 @@ void ListEdge(int e, int landmark, const std::vector<int>& slot_of_pose, Structu
   if (landmark != kNone) {
     for (auto pose = begin; pose != end; ++pose) {
       pose->column = record.width;
-      record.width += s->pose_dim[pose->pose];
+      record.width += vertices.pose_dim[pose->pose];
     }
-    record.width += s->landmark_dim[landmark];
+    record.width += vertices.landmark_dim[landmark];
   }
   s->max_width = std::max(s->max_width, record.width);
 }
 
-void ListEdges(const std::vector<int>& order, const Lists& edges, Structure* s) {
-  const int num_landmarks = s->NumLandmarks();
-  s->num_landmark_edges = edges.begin[num_landmarks];
-  s->num_active_edges = edges.begin[num_landmarks + 1];
-  s->max_rows = s->ordering.incidence.max_residual_dimension;
-  s->edges.reserve(edges.items.size());
-  s->edge_poses.reserve(s->ordering.incidence.entries.size() - static_cast<size_t>(s->num_landmark_edges));
-  std::vector<int> slot_of_pose(s->poses.size(), kNone);
-  s->landmark_edges.reserve(order.size() + 1);
+EdgeRecords ListEdges(const std::vector<int>& order, const Lists& edges, const Numbering& vertices,
+                      const Slots& slots) {
+  EdgeRecords s;
+  const int num_landmarks = vertices.NumLandmarks();
+  s.num_landmark_edges = edges.begin[num_landmarks];
+  s.num_active_edges = edges.begin[num_landmarks + 1];
+  s.max_rows = vertices.ordering.incidence.max_residual_dimension;
+  s.edges.reserve(edges.items.size());
+  s.edge_poses.reserve(vertices.ordering.incidence.entries.size() - static_cast<size_t>(s.num_landmark_edges));
+  std::vector<int> slot_of_pose(vertices.poses.size(), kNone);
+  s.landmark_edges.reserve(order.size() + 1);
   for (int l = 0; l < num_landmarks; ++l) {
-    s->landmark_edges.push_back(static_cast<int>(s->edges.size()));
-    for (int k = s->landmark_slots[l]; k < s->landmark_slots[l + 1]; ++k) slot_of_pose[s->slot_pose[k]] = k;
+    s.landmark_edges.push_back(static_cast<int>(s.edges.size()));
+    for (int k = slots.landmark_slots[l]; k < slots.landmark_slots[l + 1]; ++k) slot_of_pose[slots.slot_pose[k]] = k;
     for (int k = edges.begin[order[l]]; k < edges.begin[order[l] + 1]; ++k) {
-      ListEdge(edges.items[k], l, slot_of_pose, s);
+      ListEdge(edges.items[k], l, slot_of_pose, vertices, &s);
     }
   }
-  s->landmark_edges.push_back(s->num_landmark_edges);
-  s->num_landmark_edge_poses = static_cast<int>(s->edge_poses.size());
-  slot_of_pose.assign(s->poses.size(), kNone);
-  for (size_t k = s->edges.size(); k < edges.items.size(); ++k) ListEdge(edges.items[k], kNone, slot_of_pose, s);
+  s.landmark_edges.push_back(s.num_landmark_edges);
+  s.num_landmark_edge_poses = static_cast<int>(s.edge_poses.size());
+  slot_of_pose.assign(vertices.poses.size(), kNone);
+  for (size_t k = s.edges.size(); k < edges.items.size(); ++k)
+    ListEdge(edges.items[k], kNone, slot_of_pose, vertices, &s);
+  return s;
 }
 
 // Calls pair(record, i, j) for each two free poses of an edge, and each with itself: the edge's i-th and j-th, i ≥ j.
@@ -212,7 +232,7 @@ void ForEachPair(const EdgeRecord& record, const Pair& pair) {
 }
 
 // Numbers the types of the landmarks' edges.
-void NumberEdgeTypes(Structure* s) {
+void NumberEdgeTypes(EdgeRecords* s) {
   constexpr int kPrefetchDistance = 16;
   std::vector<const std::type_info*> types;
   for (int e = 0; e < s->num_landmark_edges; ++e) {
@@ -227,7 +247,7 @@ void NumberEdgeTypes(Structure* s) {
 }
 
 // Whether two edges have the same free poses, at the same positions of their vertices.
-bool HaveSamePoses(const Structure& s, const EdgeRecord& a, const EdgeRecord& b) {
+bool HaveSamePoses(const EdgeRecords& s, const EdgeRecord& a, const EdgeRecord& b) {
   const auto begin = s.edge_poses.begin();
   return a.landmark_position == b.landmark_position &&
          std::equal(begin + a.poses_begin, begin + a.poses_end, begin + b.poses_begin, begin + b.poses_end,
@@ -235,12 +255,11 @@ bool HaveSamePoses(const Structure& s, const EdgeRecord& a, const EdgeRecord& b)
 }
 
 // The landmarks' edges by their free poses, then by type, where a landmark is a number; equal ones in their order.
-void SortBatchEdges(Structure* s) {
-  if (!s->BatchGoesByRuns()) return;
+void SortBatchEdges(int num_poses, EdgeRecords* s) {
   s->batch_edges = Numbers(static_cast<size_t>(s->num_landmark_edges));
-  const auto pose = [s](int e, int i) {
+  const auto pose = [&](int e, int i) {
     const EdgeRecord& record = s->edges[e];
-    return record.poses_begin + i < record.poses_end ? s->edge_poses[record.poses_begin + i].pose : s->NumPoses();
+    return record.poses_begin + i < record.poses_end ? s->edge_poses[record.poses_begin + i].pose : num_poses;
   };
   if (s->num_edge_types > 1) {
     SortByKey(s->batch_edges.begin(), s->batch_edges.end(), s->num_edge_types, [&](int e) { return s->edges[e].type; });
@@ -248,7 +267,7 @@ void SortBatchEdges(Structure* s) {
   int most = 0;
   for (int e = 0; e < s->num_landmark_edges; ++e)
     most = std::max(most, s->edges[e].poses_end - s->edges[e].poses_begin);
-  const int poses = s->NumPoses() + 1;
+  const int poses = num_poses + 1;
   if (most == 2 && poses <= s->num_landmark_edges / poses) {  // few enough to sort by both at once
     const auto pair = [&](int e) { return pose(e, 0) * poses + pose(e, 1); };
     SortByKey(s->batch_edges.begin(), s->batch_edges.end(), poses * poses, pair);
@@ -260,7 +279,7 @@ void SortBatchEdges(Structure* s) {
 }
 
 // Where, in the order of the batch and then of the edges between poses, those with the same poses begin; and the end.
-std::vector<int> FindEdgesOfSamePoses(const Structure& s) {
+std::vector<int> FindEdgesOfSamePoses(const EdgeRecords& s) {
   std::vector<int> begins;
   for (int k = 0; k < s.num_active_edges; ++k) {
     if (k == 0 || !HaveSamePoses(s, s.edges[s.BatchEdge(k)], s.edges[s.BatchEdge(k - 1)])) begins.push_back(k);
@@ -270,87 +289,90 @@ std::vector<int> FindEdgesOfSamePoses(const Structure& s) {
 }
 
 // H_pp's pattern, and which of its blocks each edge changes. Edges with the same poses share their entries.
-void ListHessianBlocks(Structure* s) {
+PoseBlocks ListHessianBlocks(int num_poses, bool in_runs, EdgeRecords* s) {
+  PoseBlocks blocks;
   const std::vector<int> begins = FindEdgesOfSamePoses(*s);
   const auto pose = [s](const EdgeRecord& record, int i) { return s->edge_poses[record.poses_begin + i].pose; };
-  s->H_pp_pattern.resize(s->poses.size());
-  for (int j = 0; j < s->NumPoses(); ++j) s->H_pp_pattern[j] = {j};
+  blocks.H_pp_pattern.resize(static_cast<size_t>(num_poses));
+  for (int j = 0; j < num_poses; ++j) blocks.H_pp_pattern[j] = {j};
   for (size_t set = 0; set + 1 < begins.size(); ++set) {
     ForEachPair(s->edges[s->BatchEdge(begins[set])], [&](const EdgeRecord& record, int i, int j) {
       if (i == j) return;
-      std::vector<int>& rows = s->H_pp_pattern[pose(record, j)];
+      std::vector<int>& rows = blocks.H_pp_pattern[pose(record, j)];
       const auto it = std::lower_bound(rows.begin(), rows.end(), pose(record, i));
       if (it == rows.end() || *it != pose(record, i)) rows.insert(it, pose(record, i));
     });
   }
   std::vector<int> column_begin{0};
-  for (const auto& rows : s->H_pp_pattern) column_begin.push_back(column_begin.back() + static_cast<int>(rows.size()));
+  for (const auto& rows : blocks.H_pp_pattern)
+    column_begin.push_back(column_begin.back() + static_cast<int>(rows.size()));
   // An edge of one pose changes one block, which all such edges share; but runs are told apart by where theirs begin.
-  std::vector<int> of_one_pose(s->poses.size(), kNone);
+  std::vector<int> of_one_pose(static_cast<size_t>(num_poses), kNone);
   for (size_t set = 0; set + 1 < begins.size(); ++set) {
     const EdgeRecord& first = s->edges[s->BatchEdge(begins[set])];
-    const bool shares = first.poses_end == first.poses_begin + 1 && !s->BatchGoesByRuns();
+    const bool shares = first.poses_end == first.poses_begin + 1 && !in_runs;
     int own = kNone;
     int& blocks_begin = shares ? of_one_pose[pose(first, 0)] : own;
     const bool is_new = blocks_begin == kNone;
-    if (is_new) blocks_begin = static_cast<int>(s->edge_blocks.size());
+    if (is_new) blocks_begin = static_cast<int>(blocks.edge_blocks.size());
     for (int k = begins[set]; k < begins[set + 1]; ++k) s->edges[s->BatchEdge(k)].blocks_begin = blocks_begin;
     if (!is_new) continue;
     ForEachPair(first, [&](const EdgeRecord& record, int i, int j) {
-      const std::vector<int>& rows = s->H_pp_pattern[pose(record, j)];
+      const std::vector<int>& rows = blocks.H_pp_pattern[pose(record, j)];
       const auto row = i == j ? 0 : std::lower_bound(rows.begin(), rows.end(), pose(record, i)) - rows.begin();
-      s->edge_blocks.push_back(column_begin[pose(record, j)] + static_cast<int>(row));
+      blocks.edge_blocks.push_back(column_begin[pose(record, j)] + static_cast<int>(row));
     });
   }
+  return blocks;
 }
 
-void CutPoseBatches(Structure* s) {
+void CutPoseBatches(EdgeRecords* s, PoseBlocks* blocks) {
   constexpr int kMost = 1 << 16;  // numbers of a batch, unless one edge has more
   int size = kMost;
   for (int e = s->num_landmark_edges; e < s->num_active_edges; ++e) {
     const int numbers = (s->edges[e].width + 1) * (s->edges[e].width + 1);
     if (size + numbers > kMost) {
-      s->pose_batches.push_back(e);
+      blocks->pose_batches.push_back(e);
       size = 0;
     }
     s->edges[e].normal_equations = size;
     size += numbers;
-    s->num_normal_equation_values = std::max(s->num_normal_equation_values, size);
+    blocks->num_normal_equation_values = std::max(blocks->num_normal_equation_values, size);
   }
-  s->pose_batches.push_back(s->num_active_edges);
+  blocks->pose_batches.push_back(s->num_active_edges);
 }
 
 // As many chunks as make the work of one clearly more than that of clearing and adding its sums; the number of threads
 // has no say, so that it does not change the sums.
-void CutChunks(Structure* s) {
+std::vector<int> CutChunks(const Numbering& vertices, const EdgeRecords& records, const PoseBlocks& blocks) {
   constexpr int kMost = 16, kEdges = 64;
-  const int edges = s->num_landmark_edges;
-  if (edges == 0) return;
+  const int edges = records.num_landmark_edges;
+  if (edges == 0) return {};
   int num_H_pp_values = 0;
-  for (const auto& rows : s->H_pp_pattern) {
-    for (const int i : rows) num_H_pp_values += Stride(s->pose_dim[i]) * s->pose_dim[rows.front()];
+  for (const auto& rows : blocks.H_pp_pattern) {
+    for (const int i : rows) num_H_pp_values += Stride(vertices.pose_dim[i]) * vertices.pose_dim[rows.front()];
   }
   const int chunks =
       std::clamp(static_cast<int>(4.0 * edges / std::max(1, num_H_pp_values)), 1, std::clamp(edges / kEdges, 1, kMost));
-  s->chunk_begin.push_back(0);
-  for (int l = 0; l < s->NumLandmarks(); ++l) {
-    const auto done = static_cast<double>(s->landmark_edges[l]), share = static_cast<double>(edges) / chunks;
-    if (done >= share * static_cast<double>(s->chunk_begin.size())) s->chunk_begin.push_back(l);
+  std::vector<int> begins{0};
+  for (int l = 0; l < vertices.NumLandmarks(); ++l) {
+    const auto done = static_cast<double>(records.landmark_edges[l]), share = static_cast<double>(edges) / chunks;
+    if (done >= share * static_cast<double>(begins.size())) begins.push_back(l);
   }
-  s->chunk_begin.push_back(s->NumLandmarks());
+  begins.push_back(vertices.NumLandmarks());
+  return begins;
 }
 
 // The batch's edges chunk by chunk, cut into runs.
-void CutRuns(Structure* s) {
-  if (!s->BatchGoesByRuns()) return;
-  const auto chunk_of = [s](int e) {
-    const auto begin = s->chunk_begin.begin();
-    return static_cast<int>(std::upper_bound(begin, s->chunk_begin.end(), s->edges[e].landmark) - begin) - 1;
+void CutRuns(EdgeRecords* s, Chunks* chunks) {
+  const std::vector<int>& begins = chunks->chunk_begin;
+  const auto chunk_of = [&](int e) {
+    return static_cast<int>(std::upper_bound(begins.begin(), begins.end(), s->edges[e].landmark) - begins.begin()) - 1;
   };
-  const int num_chunks = s->NumChunks();
+  const int num_chunks = chunks->NumChunks();
   std::vector<int> chunk_edges{0, s->num_landmark_edges};
   if (num_chunks > 1) chunk_edges = SortByKey(s->batch_edges.begin(), s->batch_edges.end(), num_chunks, chunk_of);
-  s->chunk_runs.push_back(0);
+  chunks->chunk_runs.push_back(0);
   for (int chunk = 0; chunk < num_chunks; ++chunk) {
     for (int k = chunk_edges[chunk]; k < chunk_edges[chunk + 1]; ++k) {
       const auto like_last = [&] {
@@ -358,24 +380,11 @@ void CutRuns(Structure* s) {
         return last.type == edge.type && last.blocks_begin == edge.blocks_begin &&  // and so have the same poses
                last.landmark_position == edge.landmark_position;
       };
-      if (k == chunk_edges[chunk] || !like_last()) s->runs.push_back({k, k});
-      s->runs.back().end = k + 1;
+      if (k == chunk_edges[chunk] || !like_last()) chunks->runs.push_back({k, k});
+      chunks->runs.back().end = k + 1;
     }
-    s->chunk_runs.push_back(static_cast<int>(s->runs.size()));
+    chunks->chunk_runs.push_back(static_cast<int>(chunks->runs.size()));
   }
-}
-
-// Speeds and biases have no part in a landmark's edges, so their sizes do not count.
-BlockSizes CommonSizes(const Structure& s) {
-  const auto common = [](const std::vector<int>& items, const std::vector<int>& dim) {
-    int found = 0;
-    for (const int item : items) {
-      if (found != 0 && found != dim[item]) return Eigen::Dynamic;
-      found = dim[item];
-    }
-    return found;
-  };
-  return {common(s.slot_pose, s.pose_dim), common(Numbers(s.landmarks.size()), s.landmark_dim)};
 }
 
 }  // namespace
@@ -395,24 +404,21 @@ std::vector<int> NumberPosesOfLandmarks(const Structure& s, int begin, int end) 
 }
 
 Structure BuildStructure(Ordering ordering) {
-  Structure s;
-  s.ordering = std::move(ordering);
-  const Lists edges = GroupEdges(s.ordering);
-  const Lists seen_by = ListPosesOfLandmarks(s.ordering, edges);
-  const std::vector<int> order = SortLandmarks(s.ordering, seen_by);
-  NumberVertices(order, &s);
-  FindSlots(order, seen_by, &s);
-  s.sizes = CommonSizes(s);
-  PlaceSlots(&s);
-  ListEdges(order, edges, &s);
-  NumberEdgeTypes(&s);
-  SortBatchEdges(&s);
-  ListHessianBlocks(&s);
-  CutPoseBatches(&s);
-  CutChunks(&s);
-  CutRuns(&s);
-  s.ordering.incidence = {};
-  return s;
+  const Lists grouped = GroupEdges(ordering);
+  const Lists seen_by = ListPosesOfLandmarks(ordering, grouped);
+  const std::vector<int> order = SortLandmarks(ordering, seen_by);
+  Numbering vertices = NumberVertices(std::move(ordering), order);
+  Slots slots = FindSlots(order, seen_by, vertices);
+  EdgeRecords edges = ListEdges(order, grouped, vertices, slots);
+  NumberEdgeTypes(&edges);
+  if (slots.BatchGoesByRuns()) SortBatchEdges(vertices.NumPoses(), &edges);
+  PoseBlocks blocks = ListHessianBlocks(vertices.NumPoses(), slots.BatchGoesByRuns(), &edges);
+  CutPoseBatches(&edges, &blocks);
+  Chunks chunks;
+  chunks.chunk_begin = CutChunks(vertices, edges, blocks);
+  if (slots.BatchGoesByRuns()) CutRuns(&edges, &chunks);
+  vertices.ordering.incidence = {};
+  return {std::move(vertices), std::move(slots), std::move(edges), std::move(blocks), std::move(chunks)};
 }
 
 }  // namespace ch5

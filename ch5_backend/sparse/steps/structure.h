@@ -33,10 +33,10 @@ struct EdgePose {
 /// An edge, and where its blocks are stored.
 struct EdgeRecord {
   Edge* edge;
-  int poses_begin, poses_end;  ///< its free poses in Structure::edge_poses, by ascending number
+  int poses_begin, poses_end;  ///< its free poses in EdgeRecords::edge_poses, by ascending number
   int landmark_position;       ///< in Edge::Vertices(), or −1 without a free landmark
   int width;                   ///< columns of J̃ in the edge's normal equations
-  int blocks_begin;            ///< its blocks of H_pp in Structure::edge_blocks: (0, 0), (1, 0), (1, 1), (2, 0), …
+  int blocks_begin;            ///< its blocks of H_pp in PoseBlocks::edge_blocks: (0, 0), (1, 0), (1, 1), (2, 0), …
   int normal_equations;        ///< of an edge between poses: where its normal equations begin among those of its batch
   int landmark = -1;           ///< its number
   int16_t type = 0;            ///< of an edge with a free landmark: counts their types
@@ -45,61 +45,83 @@ struct EdgeRecord {
 
 /// Landmarks' edges of one type with the same free poses at the same positions: they change the same blocks of H_pp.
 struct EdgeRun {
-  int begin, end;  ///< of Structure::batch_edges
+  int begin, end;  ///< of EdgeRecords::batch_edges
 };
 
-struct Structure {
+/// Which number each free vertex has, and where its rows are.
+struct Numbering {
   Ordering ordering;  ///< its incidence has been moved out
-  BlockSizes sizes;   ///< of the blocks of H_pl, where all have the same
-
   std::vector<Vertex*> poses, landmarks;
   std::vector<int> pose_dim, pose_offset;          ///< scalar rows in H_pp
   std::vector<int> landmark_dim, landmark_offset;  ///< scalar rows in H
   std::vector<int> landmark_block;                 ///< where the landmark's dim×dim block begins among those of H_ll
+  int num_H_ll_values = 0;
 
-  std::vector<EdgeRecord> edges;  ///< in the order above
-  int num_landmark_edges = 0;     ///< those with a free landmark; they come first
-  int num_active_edges = 0;       ///< those with any free vertex; they come before the others
-  std::vector<EdgePose> edge_poses;
-  int num_landmark_edge_poses = 0;  ///< of the edges with a free landmark
-  std::vector<int> landmark_edges;  ///< landmark l has edges [landmark_edges[l], landmark_edges[l + 1])
-  std::vector<int> landmark_slots;  ///< and slots [landmark_slots[l], landmark_slots[l + 1]), by ascending pose
+  int Size() const { return ordering.Size(); }
+  int NumPoses() const { return static_cast<int>(poses.size()); }
+  int NumLandmarks() const { return static_cast<int>(landmarks.size()); }
+};
+
+/// The blocks of H_pl.
+struct Slots {
+  BlockSizes sizes;  ///< of these blocks, where all have the same
+  std::vector<int>
+      landmark_slots;  ///< landmark l has slots [landmark_slots[l], landmark_slots[l + 1]), by ascending pose
   std::vector<int> slot_pose, slot_landmark;
   std::vector<int> slot_block;  ///< SlotBlock of each slot and of the end, unless all have the same size
   std::vector<int> pose_slots_begin, pose_slots;  ///< the slots of each pose, by ascending landmark
-  std::vector<int> chunk_begin;                   ///< chunk c has landmarks [chunk_begin[c], chunk_begin[c + 1])
+  int num_H_pl_values = 0;
 
+  /// Where the slot's block, d_p×d_l without padding, begins among those of H_pl; that of the end is behind all.
+  int SlotBlock(int slot) const { return slot_block.empty() ? slot * SlotSize() : slot_block[slot]; }
+  /// The numbers of each block, where all have the same size.
+  int SlotSize() const { return sizes.AreFixed() ? sizes.rows * sizes.columns : 0; }
+  /// See EdgeRecords::batch_edges.
+  bool BatchGoesByRuns() const { return sizes.AreFixed() && sizes.columns == 1; }
+};
+
+/// The edges, in the order above, and which free poses and landmark each has.
+struct EdgeRecords {
+  std::vector<EdgeRecord> edges;
+  int num_landmark_edges = 0;  ///< those with a free landmark; they come first
+  int num_active_edges = 0;    ///< those with any free vertex; they come before the others
+  std::vector<EdgePose> edge_poses;
+  int num_landmark_edge_poses = 0;  ///< of the edges with a free landmark
+  std::vector<int> landmark_edges;  ///< landmark l has edges [landmark_edges[l], landmark_edges[l + 1])
   /// The landmarks' edges in the order of a batch: by their poses in each chunk where a landmark is a number, as they are
   /// where it is a point (then there are few with the same poses, and the list is empty).
   std::vector<int> batch_edges;
-  std::vector<EdgeRun> runs;    ///< none if they stay as they are
-  std::vector<int> chunk_runs;  ///< chunk c has runs [chunk_runs[c], chunk_runs[c + 1])
+  int num_edge_types = 0;  ///< of the landmarks' edges
+  int max_width = 0;       ///< of an edge's J̃
+  int max_rows = 0;        ///< of a residual
 
+  /// Edge k in the order of a batch, those between poses behind.
+  int BatchEdge(int k) const { return k < static_cast<int>(batch_edges.size()) ? batch_edges[k] : k; }
+};
+
+/// The blocks of H_pp, and the edges between poses, which change nothing else.
+struct PoseBlocks {
   std::vector<std::vector<int>> H_pp_pattern;  ///< rows i ≥ j of each column
   std::vector<int> edge_blocks;                ///< numbers of blocks of H_pp, see EdgeRecord
   /// Edges between poses, in batches whose normal equations stay in a processor's cache until they have been added to H_pp:
   /// batch k has edges [pose_batches[k], pose_batches[k + 1]).
   std::vector<int> pose_batches;
+  int num_normal_equation_values = 0;  ///< of the largest batch
+};
 
-  int num_edge_types = 0;  ///< of the landmarks' edges
-  int max_width = 0;       ///< of an edge's J̃
-  int max_rows = 0;        ///< of a residual
-  int num_H_ll_values = 0, num_H_pl_values = 0, num_normal_equation_values = 0;
+/// The landmarks, cut into the work of tasks.
+struct Chunks {
+  std::vector<int> chunk_begin;  ///< chunk c has landmarks [chunk_begin[c], chunk_begin[c + 1])
+  std::vector<EdgeRun> runs;     ///< none if the batch's edges stay as they are
+  std::vector<int> chunk_runs;   ///< chunk c has runs [chunk_runs[c], chunk_runs[c + 1])
 
-  int Size() const { return ordering.Size(); }
-  /// Where the slot's block, d_p×d_l without padding, begins among those of H_pl; that of the end is behind all.
-  int SlotBlock(int slot) const { return slot_block.empty() ? slot * SlotSize() : slot_block[slot]; }
-  /// The numbers of each block, where all have the same size.
-  int SlotSize() const { return sizes.AreFixed() ? sizes.rows * sizes.columns : 0; }
-  int NumPoses() const { return static_cast<int>(poses.size()); }
-  int NumLandmarks() const { return static_cast<int>(landmarks.size()); }
   int NumChunks() const { return chunk_begin.empty() ? 0 : static_cast<int>(chunk_begin.size()) - 1; }
   /// One chunk alone needs no sums of its own: it adds to H_pp itself.
   bool SumsInPlace() const { return NumChunks() == 1; }
-  /// See batch_edges.
-  bool BatchGoesByRuns() const { return sizes.AreFixed() && sizes.columns == 1; }
-  /// Edge k in that order, those between poses behind.
-  int BatchEdge(int k) const { return k < static_cast<int>(batch_edges.size()) ? batch_edges[k] : k; }
+};
+
+/// All of them: a step reads `structure.slot_pose`, whichever part it is of; what needs one part alone takes that.
+struct Structure : Numbering, Slots, EdgeRecords, PoseBlocks, Chunks {
   /// No landmark has two edges with the same pose, as in plain bundle adjustment: each slot is then one edge's work.
   bool OneEdgePerSlot() const { return num_landmark_edge_poses == static_cast<int>(slot_pose.size()); }
   /// Besides, no landmark's edge has two free poses: each block of H_pl is then a product of one edge's Jacobians.

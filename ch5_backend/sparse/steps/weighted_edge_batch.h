@@ -90,7 +90,7 @@ class WeightedEdgeBatch {
   const LossFunction* common_loss_ = nullptr;  // of all edges, or null
 };
 
-/// Those of all types, in the order of Structure::batch_edges: the functions below count them so.
+/// Those of all types, in the order of EdgeRecords::batch_edges: the functions below count them so.
 class LandmarkEdgeBatches {
  public:
   static constexpr int kMostTypes = 3;
