@@ -48,6 +48,7 @@ void Run(const ch5::FileSolveOptions& options, ch5::BalPoints move, bool strict)
   std::printf("%s: %zu cameras, %zu points, %zu observations\n\n", options.Name().c_str(), problem.cameras.size(),
               problem.points.size(), problem.observations.size());
   PrintDoubts(problem);
+  if (!problem.unended.empty()) std::printf("%s\n", problem.unended.c_str());
   for (const ch5::LeftOut& repeated : left_out)
     std::printf("observations left out: %d, the first: %s\n", repeated.count, repeated.first.c_str());
   ch5::BalStudy study = ch5::SolveBal(problem, options, move);

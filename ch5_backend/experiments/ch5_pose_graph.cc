@@ -51,6 +51,15 @@ void PrintStart(const ch5::PoseGraphStudy& study) {
   std::printf("  (%.3f s)\n\n", study.seconds_to_start);
 }
 
+void PrintAlone(const std::vector<int64_t>& ids) {
+  if (ids.empty()) return;
+  constexpr size_t kMost = 5;
+  std::string first;
+  for (size_t k = 0; k < ids.size() && k < kMost; ++k) first += " " + std::to_string(ids[k]);
+  std::printf("poses and landmarks without an edge, which stay where the file has them: %zu, with the ids%s%s\n",
+              ids.size(), first.c_str(), ids.size() > kMost ? " …" : "");
+}
+
 // Options that contradict each other.
 void Check(const ch5::PoseGraphOptions& options) {
   if (options.loss && options.huber > 0.0) throw std::invalid_argument("--huber and --loss are two losses; give one");
@@ -82,11 +91,17 @@ void Run(const ch5::PoseGraphOptions& options, const ch5::G2oOptions& reading) {
     std::printf("edges that stand twice, with the same numbers, and count twice: %d, the first in line %d\n",
                 graph.repeated, graph.first_repeated);
   }
+  if (graph.repeated_vertices > 0) {
+    std::printf("vertices that stand again, with the same numbers, and count once: %d, the first in line %d\n",
+                graph.repeated_vertices, graph.first_repeated_vertex);
+  }
+  if (!graph.unended.empty()) std::printf("%s\n", graph.unended.c_str());
   if (graph.projected > 0) {
     std::printf("%d information matrices were not positive semi-definite, and were projected\n", graph.projected);
   }
 
   ch5::PoseGraphStudy study = ch5::StartPoseGraph(options, &graph);
+  PrintAlone(study.alone_ids);
   PrintStart(study);
   ch5::SolveStartedPoseGraph(options, &graph.graph, &study);
   ch5::WritePoseGraphStudy(study, graph, options);

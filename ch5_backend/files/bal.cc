@@ -171,6 +171,7 @@ BalProblem ReadBal(const std::string& path, std::vector<LeftOut>* left_out) {
     for (int k = 0; k < 3; ++k) problem.points[static_cast<size_t>(i)][k] = reader.ReadDouble(kCoordinates[k]);
   }
   reader.ExpectEnd();
+  problem.unended = reader.UnendedLine();
   LeaveOutRepetitions(lines, path, left_out, &problem);
   return problem;
 }

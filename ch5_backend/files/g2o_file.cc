@@ -48,10 +48,12 @@ class Reader {
                       (file_.unknown.empty() ? "" : ", not with " + std::string(Words(file_.unknown[0].text)[0])));
     }
     CountRepeatedEdges();
+    file_.unended = text_.UnendedLine();
     // Last, since a file may name a vertex before it defines it.
     for (const Pending& edge : edges_) AddEdge(edge);
     for (const auto& [line, id] : fixed_) file_.graph.Vertices()[IndexOf(id, line, kFix)]->SetFixed();
     CheckOrderOfQuaternions();
+    CheckAngles();
     return std::move(file_);
   }
 
@@ -106,7 +108,12 @@ class Reader {
   // The numbers behind `first` words, in g2o's order, `count` of them.
   std::vector<double> ToNumbers(const std::vector<std::string_view>& words, size_t first, size_t count,
                                 const G2oWord* word) const {
-    return word ? word->translate(ToNumbers(words, first, word->numbers)) : ToNumbers(words, first, count);
+    if (!word) return ToNumbers(words, first, count);
+    try {
+      return word->translate(ToNumbers(words, first, word->numbers));
+    } catch (const std::invalid_argument& error) {
+      text_.Fail(std::string(words[0]) + ": " + error.what());
+    }
   }
 
   void CheckQuaternion(const double* xyzw) const {
@@ -118,8 +125,12 @@ class Reader {
     if (tag.kind == VertexKind::kSE3) CheckQuaternion(&x[3]);
     const int64_t id = ToId(words[1]);
     if (const auto known = index_of_.find(id); known != index_of_.end()) {
-      text_.Fail("vertex id " + std::to_string(id) + " is already that of line " +
-                 std::to_string(line_of_[known->second]));
+      if (file_.graph.Vertices()[known->second]->Parameters() != tag.make(x.data())->Parameters()) {
+        text_.Fail("vertex id " + std::to_string(id) + " is already that of line " +
+                   std::to_string(line_of_[known->second]) + ", whose numbers are others");
+      }
+      if (file_.repeated_vertices++ == 0) file_.first_repeated_vertex = text_.Line();
+      return;
     }
     file_.lines.push_back({G2oFile::Kind::kVertex, AddVertex(tag, id, x.data()), text_.Line(), ""});
   }
@@ -129,6 +140,7 @@ class Reader {
     index_of_.emplace(id, index);
     kind_of_.push_back(tag.kind);
     line_of_.push_back(text_.Line());
+    angle_of_.push_back(x && tag.kind == VertexKind::kSE2 ? x[2] : 0.0);
     file_.ids.push_back(id);
     return index;
   }
@@ -199,6 +211,43 @@ class Reader {
     throw FileError(path_ +
                     ": the quaternions stand as w x y z, but g2o's order is x y z w: read so, edges and poses are " +
                     whole(as_read) + " degrees apart (median), and with w first " + whole(as_w_first));
+  }
+
+  // Angles in degrees are solved too, and lead to a wrong optimum. A pose's angle may count turns, so there its edges' steps
+  // tell; an edge's may only if the poses' do.
+  void CheckAngles() const {
+    constexpr double kDegree = M_PI / 180.0, kBetter = 0.5, kShare = 0.01;
+    const auto is_beyond = [](double angle) { return std::abs(angle) > 2.0 * M_PI + 1e-3; };
+    std::vector<double> steps, steps_in_degrees, turns, turns_in_degrees;
+    const Pending* first = nullptr;
+    for (const Pending& edge : edges_) {
+      if (edge.tag->name != std::string_view(kEdgeSE2)) continue;
+      const int i = IndexOf(edge.ids[0], edge.line, kEdgeSE2), j = IndexOf(edge.ids[1], edge.line, kEdgeSE2);
+      const auto& poses = file_.graph.Vertices();
+      const Vec2 step = (poses[j]->Parameters() - poses[i]->Parameters()).head<2>();
+      const Vec2 p_z(edge.numbers[0], edge.numbers[1]);
+      steps.push_back((Rotation2(angle_of_[i]) * p_z - step).norm());
+      steps_in_degrees.push_back((Rotation2(kDegree * angle_of_[i]) * p_z - step).norm());
+      if (!is_beyond(edge.numbers[2])) continue;
+      if (!first) first = &edge;
+      const double turn = angle_of_[j] - angle_of_[i];
+      turns.push_back(std::abs(WrapAngle(turn - edge.numbers[2])));
+      turns_in_degrees.push_back(std::abs(WrapAngle(turn - kDegree * edge.numbers[2])));
+    }
+    const auto are_better = [&](const std::vector<double>& one, const std::vector<double>& other) {
+      return file_.has_poses && !one.empty() && Median(one) < kBetter * Median(other);
+    };
+    const auto pose = std::find_if(angle_of_.begin(), angle_of_.end(), is_beyond);
+    const auto refuse = [&](int line, double angle) {
+      text_.FailAt(line,
+                   "the angle " + std::to_string(angle) +
+                       " is beyond a full turn: g2o's angles are in radians; multiply degrees by pi/180, and what "
+                       "W has for them by 180/pi if it is per degree, twice on the diagonal");
+    };
+    if (pose != angle_of_.end() && are_better(steps_in_degrees, steps))
+      refuse(line_of_[static_cast<size_t>(pose - angle_of_.begin())], *pose);
+    const bool are_many = static_cast<double>(turns.size()) > kShare * static_cast<double>(steps.size());
+    if (first && are_many && !are_better(turns, turns_in_degrees)) refuse(first->line, first->numbers[2]);
   }
 
   void AddPosesOfEdges() {
@@ -341,6 +390,7 @@ class Reader {
   std::map<int64_t, int> index_of_;  // by id
   std::vector<VertexKind> kind_of_;  // by index
   std::vector<int> line_of_;         // by index
+  std::vector<double> angle_of_;     // by index: as it stands in the file, with all its turns
   std::map<int64_t, VecX> offsets_;  // by id
   std::map<VertexKind, std::shared_ptr<Vertex>> world_;
   std::vector<Pending> edges_;

@@ -39,11 +39,14 @@ struct G2oFile {
   std::vector<std::shared_ptr<Vertex>> world;  ///< where priors begin: fixed, at the origin; in the graph, in no line
   std::vector<int64_t> ids;  ///< the file's name of each vertex, by its id in the graph; GTSAM's take 63 bits
   std::vector<Line> lines;
-  std::vector<Line> unknown;   ///< those of `lines` that were left out: not known
-  bool has_poses = true;       ///< false if the file holds edges only: all poses are then at the origin, in order of id
-  int projected = 0;           ///< edges whose W was replaced, see G2oOptions
-  int repeated = 0;            ///< edges that occur twice, with the same numbers: they count twice
-  int first_repeated = 0;      ///< the line of the first of them
+  std::vector<Line> unknown;  ///< those of `lines` that were left out: not known
+  bool has_poses = true;      ///< false if the file holds edges only: all poses are then at the origin, in order of id
+  int projected = 0;          ///< edges whose W was replaced, see G2oOptions
+  int repeated = 0;           ///< edges that occur twice, with the same numbers: they count twice
+  int first_repeated = 0;     ///< the line of the first of them
+  int repeated_vertices = 0;  ///< lines of a vertex that occur again, with the same numbers: they count once
+  int first_repeated_vertex = 0;
+  std::string unended;         ///< of TextReader::UnendedLine
   std::optional<Lists> lists;  ///< if there are any
 };
 
@@ -56,8 +59,8 @@ struct G2oOptions {
 
 /// Reads a pose graph. Quaternions within 1e-3 of unit length are normalized.
 /// @throws FileError naming file, line and value: a number that is missing, superfluous, not finite or not a number;
-///         an id that is repeated or unknown; a tag that is not known; an edge from a vertex to itself or to one
-///         of another type; W not positive semi-definite; a quaternion far from unit length, or all with the scalar first;
+///         an id that is unknown, or repeated with other numbers; a tag that is not known; an edge from a vertex to itself or to one
+///         of another type; W not positive semi-definite; a quaternion far from unit length, or all with the scalar first; angles in degrees;
 ///         a line that does not begin with a tag; nothing to make a pose of
 G2oFile ReadG2o(const std::string& path, const G2oOptions& options = {});
 

@@ -107,6 +107,9 @@ const G2oEdgeTag kEdgeTags[] = {
 std::vector<double> AsItIs(std::vector<double> x) { return x; }
 // Of a transform, or of a pose alone: x y z roll pitch yaw → x y z qx qy qz qw.  R = R_z(yaw) R_y(pitch) R_x(roll)
 std::vector<double> FromEulerAngles(std::vector<double> x) {
+  for (int k = 3; k < 6; ++k)
+    if (std::abs(x[k]) > 2.0 * M_PI)
+      throw std::invalid_argument("roll, pitch and yaw must be in radians, got " + std::to_string(x[k]));
   const Qd q = Eigen::AngleAxisd(x[5], Vec3::UnitZ()) * Eigen::AngleAxisd(x[4], Vec3::UnitY()) *
                Eigen::AngleAxisd(x[3], Vec3::UnitX());
   x.erase(x.begin() + 3, x.begin() + 6);

@@ -43,7 +43,7 @@ struct G2oWord {
   bool has_own_ids;  ///< its last vertex is counted apart from the poses
   /// W's numbers are roots R of W = RᵀR, or else covariances: the file tells by their size (iSAM's lists and GTSAM's).
   bool is_root_or_covariance;
-  /// The numbers in g2o's order and measure.
+  /// The numbers in g2o's order and measure.  @throws std::invalid_argument saying which of them cannot be
   std::vector<double> (*translate)(std::vector<double> numbers);
 };
 

@@ -199,6 +199,14 @@ std::string TextReader::Quote(std::string_view token) {
   return quoted + (token.size() > kLongest ? "…\"" : "\"");
 }
 
+std::string TextReader::UnendedLine() const {
+  if (text_.empty() || IsSpace(text_.back())) return "";
+  const auto line = 1 + std::count(text_.begin(), text_.end(), '\n');
+  const std::string_view last = std::string_view(text_).substr(text_.find_last_of(" ,;\t\n") + 1);
+  return path_ + ":" + std::to_string(line) +
+         ": the file ends without a line's end; if it is cut, so may be its last number, " + Quote(last);
+}
+
 void TextReader::Fail(const std::string& message) const {
   const std::string record = record_ ? std::string(record_) + " " + std::to_string(index_) + ", " : "";
   FailAt(line_, record + message);

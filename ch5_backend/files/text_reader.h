@@ -116,6 +116,9 @@ class TextReader {
   /// Whether the line read last is cut off: the file ends in it, without a line's end.
   bool EndsInLine() const { return in_line_ && next_ == end_; }
 
+  /// Of a file that does not end in a line's end: "file:line: …" with its last word, which may be half a number. Else empty.
+  std::string UnendedLine() const;
+
   /// A piece of the current line as a number; the same errors as ReadInt and ReadDouble.
   int64_t ToInteger(std::string_view token, const char* what, int64_t low, int64_t high) const;
   double ToDouble(std::string_view token, const char* what) const;

@@ -114,6 +114,10 @@ class BalApp(AppTest):
         refuses(GOOD.replace("-75", "nan"), '5: observation 3, x: not finite, got "nan"')
         refuses(GOOD.replace("1 0 -25", "0 0 -25"),
                 "3: observation 1 is repeated: camera 0 saw point 0 in line 2 already")
+        self.assertNotIn("without a line's end", self.solve(self.good, "--out", self.out).stdout)
+        cut = self.write("cut.txt", GOOD.rstrip()[:-1])
+        self.assertIn(f"{cut}:{GOOD.count(chr(10))}: the file ends without a line's end", self.solve(cut, "--out", self.out).stdout)
+        self.assertEqual(self.summary()["last_line_unended"], "1")
         missing = self.folder / "missing.txt"
         self.refuses(missing, "--out", self.out, message=f"{missing}: cannot be read: No such file or directory")
 

@@ -103,6 +103,50 @@ TEST_F(G2o, QuaternionsWithTheScalarFirstAreRefused) {
   EXPECT_THROW(Read(edges), FileError) << "edges alone tell it too";
 }
 
+// A ring of 12 poses, `pose` and `edge` being what stands for a radian; each pose's angle has `turns` full turns more.
+std::string Ring(double pose, double edge, int turns, const std::string& pose_tag, const std::string& edge_tag) {
+  std::ostringstream poses, edges;
+  for (int k = 0; k < 12; ++k) {
+    const double theta = k * M_PI / 6;
+    poses << pose_tag << ' ' << k << ' ' << std::sin(theta) << ' ' << -std::cos(theta) << ' '
+          << pose * theta + 2 * M_PI * turns << '\n';
+    edges << edge_tag << ' ' << k << ' ' << (k + 1) % 12 << " 0.5 0.133975 " << edge * M_PI / 6
+          << " 2 0 1 2 0 1\n";  // W in either order
+  }
+  return poses.str() + edges.str();
+}
+
+TEST_F(G2o, AnglesInDegreesAreRefused) {
+  const double degrees = 180 / M_PI;
+  const auto se2 = [](double pose, double edge, int turns) {
+    return Ring(pose, edge, turns, "VERTEX_SE2", "EDGE_SE2");
+  };
+  ExpectError(se2(degrees, degrees, 0), 2, "the angle 30.000000 is beyond a full turn: g2o's angles are in radians");
+  ExpectError(se2(degrees, 1, 0), 2, "the angle 30");
+  ExpectError(se2(1, degrees, 0), 13, "the angle 30");
+  ExpectError(Ring(degrees, degrees, 0, "VERTEX2", "EDGE2"), 2, "the angle 30");
+  const std::string both = se2(degrees, degrees, 0), edges = both.substr(both.find("EDGE"));
+  ExpectError(edges, 1, "the angle 30");
+  ExpectError("VERTEX3 0 1 2 3 0 0 90\n", 1, "VERTEX3: roll, pitch and yaw must be in radians, got 90");
+  for (const int turns : {0, 1, 50}) EXPECT_NO_THROW(Read(se2(1, 1, turns))) << "an angle may count its turns";
+  const std::string counted = "EDGE_SE2 3 2 -0.5 0.133975 " + std::to_string(-M_PI / 6 - 8 * M_PI) + " 1 0 0 1 0 1\n";
+  EXPECT_NO_THROW(Read(se2(1, 1, 0) + counted)) << "an edge's too, if the poses show it";
+}
+
+TEST_F(G2o, AVertexMayStandAgainWithTheSameNumbers) {
+  const std::string edge = std::string("EDGE_SE3:QUAT 3 7 1 0 0 0 0 0 1 ") + kUnitW + "\n";
+  const G2oFile file = Read(std::string(kTwoPoses) + kTwoPoses + edge);
+  EXPECT_EQ(file.repeated_vertices, 2);
+  EXPECT_EQ(file.first_repeated_vertex, 3);
+  EXPECT_EQ(FormatG2o(file), kTwoPoses + edge);
+}
+
+TEST_F(G2o, ALastLineWithoutItsEndIsTold) {
+  EXPECT_EQ(Read(kTwoPoses).unended, "");
+  EXPECT_EQ(Read(kTwoPoses + std::string("VERTEX_SE2 9 0 0 0.12")).unended,
+            path_ + ":3: the file ends without a line's end; if it is cut, so may be its last number, \"0.12\"");
+}
+
 TEST_F(G2o, AnEdgeMayComeBeforeItsVertices) {
   EXPECT_EQ(Read("EDGE_SE2 0 1 1 0 0 1 0 0 1 0 1\nVERTEX_SE2 0 0 0 0\nVERTEX_SE2 1 1 0 0\n").graph.Edges().size(), 1u);
 }
@@ -286,7 +330,7 @@ TEST_F(G2o, ErrorsNameLineAndValue) {
   ExpectError("VERTEX_SE2 -1 1 2 3\n", 1, "\"-1\"");
   ExpectError("VERTEX_SE2 0.5 1 2 3\n", 1, "\"0.5\"");
   ExpectError("VERTEX_SE2 99999999999999999999 1 2 3\n", 1, "\"99999999999999999999\"");
-  ExpectError(two + "\nVERTEX_SE3:QUAT 7 0 0 0 0 0 0 1\n", 4, "vertex id 7 is already that of line 2");
+  ExpectError(two + "\nVERTEX_SE3:QUAT 7 0 0 0 0 0 0 1\n", 4, "vertex id 7 is already that of line 2, whose");
   ExpectError(two + edge + "1 0 0\n", 3, "has 30 numbers, got 12");
   ExpectError(two + "EDGE_SE3:QUAT 3 8 1 0 0 0 0 0 1 " + kUnitW, 3, "no vertex with the id 8");
   ExpectError(two + "EDGE_SE3:QUAT 3 3 1 0 0 0 0 0 1 " + kUnitW, 3, "vertex 3 to itself");

@@ -17,6 +17,7 @@ CsvTable SummaryOf(const BalStudy& study, const FileSolveOptions& options) {
   table.Row("huber_px", options.huber);
   table.Row("repeated_observations", study.left_out.empty() ? 0 : study.left_out[0].count);
   table.Row("first_repeated", study.left_out.empty() ? "" : study.left_out[0].first);
+  table.Row("last_line_unended", study.before.unended.empty() ? 0 : 1);
   return table;
 }
 

@@ -50,6 +50,16 @@ std::shared_ptr<const LossFunction> MakeLoss(LoopLoss loss, double scale) {
   throw std::logic_error("no such loss");
 }
 
+std::vector<int64_t> IdsWithoutEdges(const G2oFile& file) {
+  std::vector<bool> has_edge(file.graph.Vertices().back()->Id() + 1, false);
+  for (const auto& edge : file.graph.Edges())
+    for (const auto& vertex : edge->Vertices()) has_edge[vertex->Id()] = true;
+  std::vector<int64_t> ids;
+  for (size_t i = 0; i < file.ids.size(); ++i)
+    if (!has_edge[file.graph.Vertices()[i]->Id()]) ids.push_back(file.ids[i]);
+  return ids;
+}
+
 CsvTable SummaryOf(const PoseGraphStudy& study, const G2oFile& file, const PoseGraphOptions& options) {
   CsvTable table = SummaryTable(study.summary, options);
   table.Row("vertices", file.ids.size());
@@ -61,6 +71,10 @@ CsvTable SummaryOf(const PoseGraphStudy& study, const G2oFile& file, const PoseG
   table.Row("seconds_to_start", study.seconds_to_start);
   table.Row("projected_information", file.projected);
   table.Row("unknown_lines", file.unknown.size());
+  table.Row("repeated_vertices", file.repeated_vertices);
+  table.Row("repeated_edges", file.repeated);
+  table.Row("without_edges", study.alone_ids.size());
+  table.Row("last_line_unended", file.unended.empty() ? 0 : 1);
   table.Row("huber", options.huber);
   table.Row("loops_judged", study.loops.size());
   table.Row("given_up", CountFalse(study.loops));
@@ -170,6 +184,7 @@ PoseGraphStudy StartPoseGraph(const PoseGraphOptions& options, G2oFile* file) {
   }
   PoseGraphStudy study;
   for (const int index : FixFreeParts(file->graph)) study.fixed_ids.push_back(file->ids[index]);
+  study.alone_ids = IdsWithoutEdges(*file);
   if (options.huber > 0.0) {
     const auto loss = std::make_shared<HuberLoss>(options.huber);
     for (const auto& edge : file->graph.Edges()) edge->SetLossFunction(loss);

@@ -43,6 +43,7 @@ struct PoseGraphStudy {
   std::vector<Vec7> poses_before;   ///< [p, q] of each vertex at the start
   std::vector<double> chi2_before;  ///< rᵀWr of each edge at the start
   std::vector<int64_t> fixed_ids;   ///< the poses that were fixed because the file fixed none of their component
+  std::vector<int64_t> alone_ids;   ///< poses and landmarks without an edge, which stay where the file has them
   std::vector<LoopVerdict> loops;   ///< with gnc; empty otherwise
 };
 

@@ -1,6 +1,7 @@
 #pragma once
 /// A "Bundle Adjustment in the Large" problem as plain values (Agarwal et al., ECCV 2010).
 
+#include <string>
 #include <vector>
 
 #include "ch5_backend/math/eigen_types.h"
@@ -19,6 +20,7 @@ struct BalProblem {
   std::vector<BalObservation> observations;
   std::vector<Vec9> cameras;
   std::vector<Vec3> points;
+  std::string unended;  ///< of TextReader::UnendedLine, if it is read from a file
 };
 
 }  // namespace ch5
