@@ -29,6 +29,7 @@ ACTIONS = {  # its module, and the function of it that does it
     "grade": (".grading.grade", lambda module, given: module.run_grade(given)),
     "pack": (".grading.pack", lambda module, given: module.pack(given.what, given.out, given.language)),
     "bench": (".experiments.bench", lambda module, given: module.bench(given)),
+    "ladder": (".experiments.ladder", lambda module, given: module.ladder(given)),
     "plots": (".experiments.plots", lambda module, given: module.plots(given)),
     "evidence": (".documents.evidence", lambda module, given: module.evidence(given)),
     "slides": (".documents.slides", lambda module, given: module.slides(given, given.extra)),
