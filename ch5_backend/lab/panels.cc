@@ -5,8 +5,8 @@ namespace ch5::lab {
 std::string Answer(const std::string& text) {
   Query query(text);
   Json json;
-  constexpr void (*kPanels[])(Query*, Json*) = {SolvePanel, StepsPanel, MarginalizePanel, WindowPanel};
-  kPanels[query.Word("panel", {"solve", "steps", "marginalize", "window"})](&query, &json);
+  constexpr void (*kPanels[])(Query*, Json*) = {SolvePanel, StepsPanel, MarginalizePanel, WindowPanel, EliminatePanel};
+  kPanels[query.Word("panel", {"solve", "steps", "marginalize", "window", "eliminate"})](&query, &json);
   if (query.IsGood()) return json.Text();
   const QueryFault& fault = *query.Fault();
   Json error;

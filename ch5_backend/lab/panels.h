@@ -26,6 +26,8 @@ void SolvePanel(Query* query, Json* json);
 void StepsPanel(Query* query, Json* json);
 /// Variables marginalized one after the other, and what each of them fills in.
 void MarginalizePanel(Query* query, Json* json);
+/// A factor graph whose variables are eliminated one by one, beside AMD's order and the best one.
+void EliminatePanel(Query* query, Json* json);
 /// A simulated flight through the windows of VINS-Mono and OKVIS, image by image. `until` flies so far only: the page shows
 /// a new flight while it grows.
 void WindowPanel(Query* query, Json* json);

@@ -1,8 +1,10 @@
 """The lab: the page says what the native program says, and can be used by mouse, keyboard, link and phone."""
 
 import base64
+import itertools
 import json
 import os
+import random
 import re
 import subprocess
 import unittest
@@ -14,7 +16,7 @@ from tests.project import BUILD, ROOT, run
 
 PAGE = Path(os.environ.get("CH5_LAB_PAGE", ROOT / "out" / "lab.html"))
 PROGRAM = BUILD / "bin" / "ch5_lab"
-PANELS = ("solve", "steps", "marginalize", "window")
+PANELS = ("solve", "steps", "marginalize", "window", "eliminate")
 MOST_BYTES = 3_000_000
 # Each panel as it opens, and each setting away from there.
 QUERIES = (
@@ -32,6 +34,7 @@ QUERIES = (
     "panel=marginalize&drop=3,3,3,0", "panel=solve&frames=1",
     "panel=solve&motion=turn&cameras=1:1:0,2:0:1", "panel=solve&cameras=1:0.5:-1&landmarks=3:0.5:0.5",
     "panel=solve&camera_starts=2:0.4:0.4&landmark_starts=1:1:1", "panel=solve&without=0:2,3:1", "panel=solve&without=0",
+    "panel=eliminate", "panel=eliminate&board=bundle&seed=8&order=0,5,12", "panel=eliminate&board=grid&order=5",
 )
 RELATIVE = 1e-9
 # An estimator with few tracks triangulates from hardly any parallax, and what rounding changes there grows: the native
@@ -104,6 +107,45 @@ def differences(a, b, path="", scales=LENGTHS):
         return [(path, abs(a - b) / max(abs(a), abs(b), scale) if a != b else 0.0)]
     assert a == b, f"{path}: {a} is not {b}"
     return []
+
+
+class Elimination(unittest.TestCase):
+    """The game's numbers, by the native program."""
+
+    @unittest.skipUnless(PROGRAM.exists(), "ch5_lab is not built")
+    def test_the_factor_and_the_score_are_those_of_the_order(self):
+        draw = random.Random(1)
+        for board, deals in (("chain", 1), ("loop", 1), ("grid", 1), ("bundle", 4), ("random", 4)):
+            for deal in range(deals):
+                query = f"panel=eliminate&board={board}&seed={deal}"
+                start = native(query)
+                H, n = start["H"]["values"], len(start["nodes"])
+                orders = [draw.sample(range(n), n) for _ in range(5)]
+                for order in (start["amd_order"], *orders):
+                    end = native(f"{query}&order={','.join(map(str, order))}")
+                    L = [end["L"]["values"][n * i:n * i + n] for i in range(n)]
+                    for i in range(n):
+                        for j in range(n):  # L Lᵀ = H in that order
+                            self.assertAlmostEqual(sum(a * b for a, b in zip(L[i], L[j])), H[order[i] * n + order[j]], delta=1e-9)
+                        self.assertEqual([value for value in L[i][i + 1:] if value], [])
+                    entries = sum(value != 0 for value in end["L"]["values"])
+                    self.assertEqual(end["fill"], entries - (sum(value != 0 for value in H) + n) // 2)
+                    self.assertEqual(sum(end["L_fill"]["values"]), end["fill"])
+                    self.assertEqual(sum(one["clique"] != [] for one in end["gone"]), n - 1)  # one root: all are tied
+                    self.assertGreaterEqual(end["fill"], end["least"])
+                    if order == start["amd_order"]:
+                        self.assertEqual(end["fill"], end["amd"])
+
+    @unittest.skipUnless(PROGRAM.exists(), "ch5_lab is not built")
+    def test_the_least_is_what_can_be_counted_by_hand(self):
+        fills = [native(f"panel=eliminate&board=chain&order={','.join(order)}")["fill"] for order in itertools.permutations("012")]
+        self.assertEqual(fills, [0, 0, 1, 1, 0, 0])
+        self.assertEqual(native("panel=eliminate&board=chain&order=0")["L"]["values"], [10, 0, 0, -10, 0, 0, 0, 0, 0])
+        self.assertEqual(native("panel=eliminate&board=loop")["least"], 8 - 3)
+        for deal in range(4):  # points first tie cameras only
+            bundle = f"panel=eliminate&board=bundle&seed={deal}"
+            cameras = {number for one in native(f"{bundle}&order={','.join(map(str, range(4, 13)))}")["ties"] for number in (one["i"], one["j"])}
+            self.assertEqual(cameras, {0, 1, 2, 3})
 
 
 class LabCase(unittest.TestCase):
@@ -254,6 +296,30 @@ class Lab(LabCase):
         self.assertEqual(self.page.evaluate("document.activeElement.id"), "drop-1")
         self.page.click("#undo")
         self.assertEqual(self.state(), "panel=marginalize&drop=0")
+
+    def test_variables_are_eliminated_by_mouse_finger_and_key(self):
+        self.page.show_as(390, 844)
+        self.open("panel=eliminate&board=loop", lang="en")
+        self.page.click("#variable-0")
+        self.page.evaluate("document.getElementById('variable-3').scrollIntoView({block: 'center'})")
+        self.page.touch("#variable-3", 0, 0)
+        self.page.evaluate("document.getElementById('variable-6').focus()")
+        self.page.press("Enter")
+        self.rest()
+        self.assertEqual(self.state(), "panel=eliminate&board=loop&order=0,3,6")
+        self.assertEqual(self.page.evaluate("document.activeElement.id"), "variable-6")
+        self.assertEqual("x6 is gone; it depends on x5, x7.", self.page.evaluate("document.activeElement.ariaLabel"))
+        self.page.press("Enter")
+        self.page.click("#undo")
+        self.page.click("#pictures [data-key='H.after'] canvas", 0.01, 0.01)  # x1
+        self.rest()
+        self.assertEqual(self.state(), "panel=eliminate&board=loop&order=0,3,1")
+        self.page.click("#restart")
+        self.page.click("#by-amd")
+        self.rest()
+        self.assertIn("As good as AMD.", self.text("score"))
+        self.slide("board", "'grid'")
+        self.assertEqual(self.state(), "panel=eliminate&board=grid")
 
     def test_the_loop_is_walked_through_by_key(self):
         self.open("panel=steps")

@@ -16,7 +16,7 @@ from ..base.progress import Progress
 
 PAGE = ROOT / "ch5_backend" / "lab" / "page"
 WASM = BUILD.parent / "wasm"
-SCRIPTS = [PAGE / f"{name}.js" for name in ("draw", "formulas", "scene", "challenges", "state", "panels", "ask", "tasks", "main")]
+SCRIPTS = [PAGE / f"{name}.js" for name in ("draw", "formulas", "scene", "challenges", "state", "panels", "game", "ask", "tasks", "main")]
 MOST_BYTES = 3_000_000
 
 

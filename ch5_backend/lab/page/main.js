@@ -11,7 +11,7 @@ function set(values) {
 
 // Another scene: what was marginalized or stopped at belongs to the one before.
 function change(name, value) {
-  const reset = state.panel === "marginalize" ? {drop: ""} : state.panel === "steps" ? {trial: "0"} : {};
+  const reset = {marginalize: {drop: ""}, steps: {trial: "0"}, eliminate: {order: ""}}[state.panel];
   set({...reset, [name]: value});
   if (name === "system") {
     build();  // the chain has no settings

@@ -300,5 +300,3 @@ function drawWindow(a) {
     figure("flight", text("flight"), text("flight.words"), trajectories([path("truth", a.truth, "--gray"),
       path("vins", a.vins.positions, "--blue"), path("okvis", a.okvis.positions, "--red")], text("flight")))];
 }
-
-const DRAW = {solve: drawSolve, steps: drawSteps, marginalize: drawMarginalize, window: drawWindow};

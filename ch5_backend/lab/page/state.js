@@ -27,6 +27,7 @@ const CONTROLS = {
     ...SCENE.filter(one => ["weight", "gauge", "motion", "frames", "points", "noise"].includes(one.name)), hidden("drop", "")],
   window: [range("image", 0, 29, 1, "12"), range("rate", 5, 20, 1, "15"), range("tracks", 6, 30, 1, "12"),
     range("pixels", 0, 5, 0.25, "1")],
+  eliminate: [choice("board", "random", "chain", "loop", "grid", "bundle"), range("seed", 0, 30, 1, "3"), hidden("order", "")],
 };
 
 // `task` names the open task; `beside` are the settings to compare with, `null` for none; `ignored` what the address asked
