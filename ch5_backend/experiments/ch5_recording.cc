@@ -65,6 +65,9 @@ void PrintRun(const ch5::OdometryRun& run) {
   std::printf("          %zu images; times real time %s, without start %s; p99 %s ms\n", run.states.size(),
               Cell(run.realtime_factor, 0, 1).c_str(), Cell(run.tracking_factor, 0, 1).c_str(),
               Cell(run.p99_window_ms, 0, 2).c_str());
+  if (run.nees_windows > 0)
+    std::printf("          NEES of the motion across %d windows: %s; if consistent 6\n", run.nees_windows,
+                Cell(run.nees_motion, 0, 1).c_str());
   if (run.time_offset)
     std::printf("          images are taken %.1f ms %s than stamped\n", 1e3 * std::abs(*run.time_offset),
                 *run.time_offset < 0.0 ? "earlier" : "later");

@@ -18,16 +18,22 @@ NAMES = {**odometry.NAMES, "batch": "batch"}  # --batch: the whole recording at 
 
 def summary_table(directory, say):
     summary = read(directory, "odometry_policies")
-    head = (say("policy"), "ATE [m]", "RPE [m]", say("drift_percent"), say("path_length"), say("scale_error"), say("yaw_error"), say("realtime"), say("tracking"), "p99 [ms]", say("images"),
+    head = (say("policy"), "ATE [m]", "RPE [m]", say("drift_percent"), say("path_length"), say("scale_error"), say("yaw_error"), say("consistency.nees_motion"), say("realtime"), say("tracking"), "p99 [ms]", say("images"),
             say("restarts"))
     rows = []
     for name in summary["policy"]:
         row = summary.row(policy=name)
         errors = row["ate_m"], row["rpe_m"], row["drift_percent"], row["path_m"], 100 * row["scale_error"], row["yaw_error_deg"]  # NaN where there is no truth
-        rows.append((NAMES[name], *(fixed(error, 3) for error in errors),
+        rows.append((NAMES[name], *(fixed(error, 3) for error in errors), fixed(row["nees_motion"], 1),
                      fixed(row["realtime_factor"], 1), fixed(row["tracking_factor"], 1), fixed(row["p99_window_ms"], 2),
                      f"{row['frames']:.0f}", f"{row['restarts']:.0f}"))
     return page.table(head, rows)
+
+
+def nees_words(directory, say):
+    """How NEES is computed, where there is one."""
+    if np.isfinite(read(directory, "odometry_policies")["nees_motion"]).any():
+        yield page.paragraph(say("recordings.gauge"))
 
 
 def segment_table(directory, say):
@@ -55,7 +61,7 @@ def body_of(directory, say):
     trajectories = sorted(path.name for path in Path(directory).glob("*.tum"))
     links = Markup(say("list")).join(Markup('<a href="{0}">{0}</a>').format(name) for name in trajectories)
     return [*page.opening(say("recording.heading", name=Path(directory).resolve().name), say("recording.lead"), say),
-            *warnings(directory, say), summary_table(directory, say), segment_table(directory, say), sliders.windows(directory, say),
+            *warnings(directory, say), summary_table(directory, say), *nees_words(directory, say), segment_table(directory, say), sliders.windows(directory, say),
             *(page.figure(directory, name, words, say(f"{name}.alt"), say)
               for name, words in {**odometry.captions(directory, say), **odometry.stills(directory, say)}.items()),
             Markup(f"<p>{say('trajectories', links='{}')}</p>").format(links), page.links_to_tables(directory, say)]

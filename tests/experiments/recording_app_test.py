@@ -1,6 +1,7 @@
 """ch5_recording, and ./course run FOLDER: what they print, write and refuse."""
 
 import csv
+import json
 import re
 import shutil
 
@@ -9,7 +10,7 @@ from tests.project import BUILD, ROOT, run
 
 SEGMENT = ["segment", "first_s", "last_s", "frames", "ate_m", "scale_error", "yaw_error_deg"]
 KEYS = ["policy", "ate_m", "scale_error", "yaw_error_deg", "realtime_factor", "p99_window_ms", "frames", "restarts",
-        "rpe_m", "path_m", "drift_percent"]
+        "rpe_m", "path_m", "drift_percent", "nees_motion", "nees_windows"]
 TABLES = {f"odometry_{name}.csv" for name in
           "policies results segments path windows matrices spectrum gauge warnings machine".split()}
 # Of one line of a table: the file, its number, what becomes of it (of the line before and itself), and what is said.
@@ -112,6 +113,33 @@ class RecordingApp(AppTest):
         for row in table(out / "csv" / "odometry_policies.csv"):
             self.assertEqual([row[key] for key in ("ate_m", "scale_error", "yaw_error_deg")], [""] * 3)
             self.assertGreater(int(row["frames"]), 80)
+
+    def test_a_table_of_all_recordings_leaves_out_what_is_missing(self):
+        room = self.simulate()
+        told, silent, broken = (self.folder / name for name in ("V1_02_medium", "no truth", "MH_03_medium"))
+        for copy in (told, silent, broken):
+            shutil.copytree(room, copy)
+        (silent / "groundtruth.csv").unlink()
+        (broken / "imu.csv").write_text("#timestamp [ns]\n")
+        done = run(ROOT / "course", "run", told, silent, broken, "--table", "--out", self.out, "--json")
+        self.assertEqual(done.returncode, 2, done.stderr)
+        results = json.loads(done.stdout)["results"]
+        self.assertEqual([(one["problem"], one["first_estimates"], "error" in one) for one in results],
+                         [(name, mode, False) for name in ("V1_02_medium", "no truth") for mode in ("none", "full")] + [("MH_03_medium", "none", True)])
+        rows = table(self.out / "csv" / "recordings.csv")
+        self.assertEqual([(row["policy"], row["nees_windows"]) for row in rows if row["recording"] == "no truth"], [("vins", "0"), ("okvis", "0")] * 2)
+        for row in rows:
+            for quantity in ("ate_m", "rpe_m", "nees_motion"):
+                self.assertEqual(row[quantity] != "", row["recording"] == "V1_02_medium", "missing is empty, not 0")
+            if row["nees_motion"]:  # 6, but for the outliers and the second use of observations
+                self.assertTrue(2 < float(row["nees_motion"]) < 40 and int(row["nees_windows"]) > 3, row)
+        for page in ("report.html", "report.zh.html"):
+            text = (self.out / page).read_text(encoding="utf-8")
+            for words in ('">MH_01</th><td>–</td><td>–</td>', '">MH_03_medium</th><td>–</td>', ">0.11</td>", "J Σ Jᵀ", "github.com/openxrlab/xrslam"):
+                self.assertIn(words, text)
+            self.assertNotIn("nan", re.sub(r'src="[^"]*"', "", text))
+        done = run(ROOT / "course", "run", told, "--table", "--first-estimates", "full")
+        self.assertIn("leave --first-estimates out", done.stderr)
 
     def test_settings_come_from_the_file_and_the_command_line_prevails(self):
         recording = self.simulate()
@@ -321,7 +349,7 @@ class RecordingApp(AppTest):
 
     def silence(self, policy):
         """Makes of the tables what a run leaves in which this policy has found no start."""
-        silent = {"odometry_policies": lambda row: [[row[0], *4 * [""], row[5], "", "", "0", "0", "", "", ""]],
+        silent = {"odometry_policies": lambda row: [[row[0], *4 * [""], row[5], "", "", "0", "0", "", "", "", "", "0"]],
                   "odometry_windows": lambda row: [[*row[:3], "starting", *row[4:]]]}
         for path in (self.out / "csv").iterdir():
             change = silent.get(path.stem, lambda row: [])

@@ -21,7 +21,7 @@ WHY_NOT = {"recording": "each estimator's policy chooses its settings", "window"
 OPENER = "open" if sys.platform == "darwin" else "xdg-open"
 FOR = {name: one["for"] for name, one in COMMANDS["run"]["arguments"].items() if "for" in one}  # {option: of which data}
 POLICY_FIELDS = ("policy", "ate_m", "scale_error", "yaw_error_deg", "realtime_factor", "p99_window_ms", "frames", "restarts", "rpe_m",
-                 "path_m", "drift_percent")
+                 "path_m", "drift_percent", "nees_motion", "nees_windows")
 
 
 def run(arguments) -> int:
@@ -36,7 +36,10 @@ def run(arguments) -> int:
     with made_dir(out):
         trackers = [TRACKER] if any(map(has_images, arguments.data)) else []
         build_or_fail([f"ch5_{kind}" for kind in sorted(set(kinds.values()))] + trackers)
-        results = [solve(path, kinds[path], place, arguments) for path, place in places.items()]
+        results = [one for path, place in places.items() for one in (both(path, place, arguments) if arguments.table else
+                                                                     [solve(path, kinds[path], place, arguments)])]
+        if arguments.table:
+            write_table(results, out, arguments)
     if arguments.json:
         jsonout.emit(results[0] if len(results) == 1 else {"results": results})
     return next((r["exit_code"] for r in results if "exit_code" in r), 0)
@@ -53,6 +56,8 @@ def kinds_of(arguments) -> dict:
         for path, kind in kinds.items():
             if FOR[option] != "solver" and kind not in FOR[option].split():
                 raise CourseError(f"{option} does not apply to {path}: it is for {FOR[option].replace(' ', ' and ').replace('_', ' ')}s")
+            if option == "--first-estimates" and arguments.table:
+                raise CourseError("--table follows each recording without and with first estimates: leave --first-estimates out")
             if (FOR[option], kind) == ("solver", "recording") or (kind, option) == ("window", "--huber"):
                 raise CourseError(f"{option} does not apply to {path}: {WHY_NOT[kind]}")
     return kinds
@@ -72,17 +77,39 @@ def run_chapter(out: Path, arguments) -> int:
     return 0
 
 
-def solve(path: str, kind: str, out: Path, arguments) -> dict:
+def both(path: str, out: Path, arguments) -> list:
+    """A recording followed without first estimates, and in the folder `full` with them."""
+    results = [solve(path, "recording", out, arguments, ["--first-estimates", "none"])]
+    if "error" not in results[0]:
+        tracked = str(out / "recording") if has_images(path) else path
+        results.append(solve(tracked, "recording", out / "full", arguments, ["--first-estimates", "full"]))
+    return [{**result, "problem": Path(path).stem, "first_estimates": mode} for result, mode in zip(results, ("none", "full"))]
+
+
+def write_table(results: list, out: Path, arguments) -> None:
+    """DIR/csv/recordings.csv, and the page of it. What failed has a row without numbers."""
+    from ch5_backend.figures.tables import write  # NumPy takes a moment
+    head = ("recording", "policy", "first_estimates", *POLICY_FIELDS[1:])
+    rows = [[result["problem"], row.get("policy"), result["first_estimates"], *map(row.get, POLICY_FIELDS[1:])]
+            for result in results for row in result.get("policies", [{}])]
+    with locked_dir(out):
+        (out / "csv").mkdir(exist_ok=True)
+        write(out / "csv" / "recordings.csv", head, rows)
+        run_programs([figures("recordings", out)], arguments.json)
+    tell([sentence("run.results", path=str(out / PAGES[arguments.language]))], arguments)
+
+
+def solve(path: str, kind: str, out: Path, arguments, more=()) -> dict:
     """Solves one file or recording with the program ch5_KIND and draws it with figures/KIND.py.
 
     A failure is part of the answer, so that the files after it are still solved.
     """
-    options = [word for option in given_options(arguments).items() for word in option if word is not True]
+    options = [word for option in given_options(arguments).items() for word in option if word is not True and word != "--table"]
     tracked, file = out / "recording", f"./{path}" if path.startswith("-") else path  # a name is not an option
     track = [tracking(file, tracked, arguments)] if has_images(path) else []
     try:
         with locked_dir(out):
-            run_programs([*track, [BIN / f"ch5_{kind}", tracked if track else file, "--out", out, *options], figures(kind, out)], arguments.json)
+            run_programs([*track, [BIN / f"ch5_{kind}", tracked if track else file, "--out", out, *options, *more], figures(kind, out)], arguments.json)
             result = read_result(kind, out, arguments.language)
     except CourseError as error:
         warn(error)

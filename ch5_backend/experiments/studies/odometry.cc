@@ -168,7 +168,7 @@ OdometryRun RunOdometry(const Recording& recording, const EstimatorOptions& opti
   Estimator estimator(options, std::move(policy));
   OdometryRun run;
   run.policy = estimator.Policy().Name();
-  FeedRecording(recording, &estimator, [&](const Estimator& now, const ImageResult& row) {
+  FeedRecording(recording, &estimator, [&](const Estimator& now, ImageResult& row) {
     if (row.report.state) {
       run.states.push_back(*row.report.state);
       if (run.segments.empty() || run.segments.back().id != row.report.segment)

@@ -2,6 +2,7 @@
 /// Runs an estimator over a whole recording and compares its estimates with the truth.
 
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -48,9 +49,12 @@ struct OdometryRun {
       0.0;  ///< the same of the images with an estimate, without those of the start; NaN if there is none
   double milliseconds = 0.0;   ///< mean over the images
   double p99_window_ms = 0.0;  ///< of the images with an estimate; NaN if there is none
+  double nees_motion = std::numeric_limits<double>::quiet_NaN();  ///< motion_nees.h, if that was looked at
+  int nees_windows = 0;                                           ///< in how many windows
 };
 
-using OdometryCallback = std::function<void(const Estimator&, const ImageResult&)>;
+/// May take from the image's seconds what was spent on watching it.
+using OdometryCallback = std::function<void(const Estimator&, ImageResult&)>;
 
 /// The longest segment of a run solved at once (window/batch.h), as a run named "batch": its rows are those images, with
 /// the seconds of the solve shared equally.

@@ -4,9 +4,11 @@
 #include <map>
 #include <regex>
 #include <set>
+#include <utility>
 
 #include "ch5_backend/consistency/gauge_audit.h"
 #include "ch5_backend/experiments/studies/matrices.h"
+#include "ch5_backend/experiments/studies/motion_nees.h"
 #include "ch5_backend/experiments/studies/systems/system_studies.h"
 #include "ch5_backend/files/tables/trajectory_file.h"
 #include "ch5_backend/marginalize/square_root.h"
@@ -15,7 +17,8 @@
 namespace ch5 {
 namespace {
 
-constexpr size_t kPictures = 4;  // of the window and its prior, per policy
+constexpr size_t kPictures = 4;     // of the window and its prior, per policy
+constexpr int kComparedEvery = 10;  // windows: their motion's NEES, each as much work as some of its steps
 
 // Rows frame by frame (pose, then speed and biases), landmarks last; of the prior in the order of its vertices.
 void AppendSnapshot(const std::string& policy, size_t picture, double t, const Window& window, OdometryStudy* study) {
@@ -41,7 +44,7 @@ void AppendGauge(const std::string& policy, double t, const Window& window, CsvT
 CsvTable PolicyTable(const OdometryStudy& study) {
   CsvTable table(
       "policy,ate_m,scale_error,yaw_error_deg,rotation_error_deg,realtime_factor,tracking_factor,p99_window_ms,frames,"
-      "restarts,rpe_m,path_m,drift_percent");
+      "restarts,rpe_m,path_m,drift_percent,nees_motion,nees_windows");
   for (const OdometryRun& run : study.runs) {
     const auto degrees = [](double radians) { return radians * 180.0 / M_PI; };
     table.Row(run.policy, run.error ? run.error->position_rmse : kNoNumber,
@@ -49,7 +52,7 @@ CsvTable PolicyTable(const OdometryStudy& study) {
               run.error ? degrees(run.error->rotation_rmse) : kNoNumber, run.realtime_factor, run.tracking_factor,
               run.p99_window_ms, run.states.size(), run.restarts,
               run.relative ? run.relative->position_rmse : kNoNumber, run.relative ? run.relative->path : kNoNumber,
-              run.relative ? run.relative->DriftPercent() : kNoNumber);
+              run.relative ? run.relative->DriftPercent() : kNoNumber, run.nees_motion, run.nees_windows);
   }
   return table;
 }
@@ -164,7 +167,11 @@ OdometryStudy RunOdometryStudy(Recording recording, const std::function<void(con
   for (auto&& policy : settings.Policies()) {
     const std::string name = policy->Name();
     size_t image = 0, pictures = 0;
-    const auto watch = [&](const Estimator& estimator, const ImageResult& row) {
+    MotionNees nees;
+    if (!study.recording.truth.empty())
+      policy = ComparedBeforeSlides(std::move(policy), study.recording.truth, kComparedEvery, &nees);
+    const auto watch = [&](const Estimator& estimator, ImageResult& row) {
+      row.seconds -= std::exchange(nees.seconds, 0.0);
       ++image;
       if (progress) progress(name, static_cast<double>(image) / static_cast<double>(frames.size()));
       const Window& window = estimator.GetWindow();
@@ -175,6 +182,8 @@ OdometryStudy RunOdometryStudy(Recording recording, const std::function<void(con
       if (pictures < kPictures && image + 1 >= due) AppendSnapshot(name, pictures++, row.t, window, &study);
     };
     study.runs.push_back(RunOdometry(study.recording, options, std::move(policy), watch));
+    study.runs.back().nees_motion = nees.Mean();
+    study.runs.back().nees_windows = nees.windows;
   }
   if (!batch) return study;
   if (progress) progress("batch", 0.0);

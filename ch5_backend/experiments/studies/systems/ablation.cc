@@ -1,18 +1,13 @@
 // What becomes of what leaves the window.  Huang, Mourikis, Roumeliotis, IJRR 2010
-#include <Eigen/LU>
-#include <chrono>
 #include <cmath>
 #include <limits>
 
-#include "ch5_backend/consistency/gauge_audit.h"
-#include "ch5_backend/consistency/position_yaw_prior.h"
 #include "ch5_backend/evaluate/nees.h"
 #include "ch5_backend/experiments/studies/consistency_flight.h"
+#include "ch5_backend/experiments/studies/motion_nees.h"
 #include "ch5_backend/experiments/studies/odometry_study.h"
 #include "ch5_backend/experiments/studies/systems/system_studies.h"
-#include "ch5_backend/experiments/studies/window/wrapped_policy.h"
 #include "ch5_backend/files/recording_file.h"
-#include "ch5_backend/marginalize/drop_ordering.h"
 #include "ch5_backend/marginalize/marginalize.h"
 
 namespace ch5 {
@@ -44,81 +39,12 @@ const Way kWays[] = {
     {"marginalized", nullptr},
     {"first estimates", nullptr, ObservabilityConstraints::kAllEdges}};
 
-// Of the newest frame against the oldest, T_0n = T_W_0⁻¹ T_W_n: it does not depend on the gauge, so it can be compared
-// with the truth of a recording whose W is another.
-struct RelativeMotion {
-  Transform T_0n;
-  Mat66 covariance;
-};
-
-// δp = R₀ᵀ(δpₙ − δp₀) + [p]× δθ₀,   δθ = δθₙ − Rᵀ δθ₀,   of T_0n = (R, p)
-RelativeMotion MotionAcross(const Window& window) {
-  const Frame &oldest = window.frames.front(), &newest = window.frames.back();
-  std::vector<std::shared_ptr<Edge>> edges = window.graph.Edges();
-  if (!window.prior_fixes_gauge && !window.gauge_prior) edges.push_back(MakePositionYawPrior(oldest.pose, 1e8));
-  std::vector<std::shared_ptr<Vertex>> others;  // than the two poses
-  for (const auto& vertex : window.graph.Vertices()) {
-    if (vertex != oldest.pose && vertex != newest.pose) others.push_back(vertex);
-  }
-  const MarginalSystem system = EliminateVertices(edges, FixedOrAtEdges(std::move(others), edges));
-  const VecX p_inverse = ScalingOf(system.H).cwiseInverse();
-  const MatXX scaled = p_inverse.asDiagonal() * system.H * p_inverse.asDiagonal();
-  const MatXX covariance = p_inverse.asDiagonal() * scaled.inverse() * p_inverse.asDiagonal();
-
-  const Qd inverse = oldest.pose->q().conjugate();
-  RelativeMotion motion{{inverse * newest.pose->q(), inverse * (newest.pose->p() - oldest.pose->p())}, {}};
-  const Mat33 R0_t = inverse.toRotationMatrix();
-  Eigen::Matrix<double, 6, 12> J = Eigen::Matrix<double, 6, 12>::Zero();
-  J.block<3, 3>(0, 0) = -R0_t;
-  J.block<3, 3>(0, 3) = Hat(motion.T_0n.p);
-  J.block<3, 3>(0, 6) = R0_t;
-  J.block<3, 3>(3, 3) = -motion.T_0n.q.toRotationMatrix().transpose();
-  J.block<3, 3>(3, 9).setIdentity();
-  motion.covariance = J * covariance * J.transpose();
-  return motion;
-}
-
-// What the windows show; sums.
-struct Found {
-  Mat66 truth = Mat66::Zero();  // covariance of the truth's own motion
-  double nees = 0.0;
-  Vec2 errors2 = Vec2::Zero(), claimed2 = Vec2::Zero();  // of position [m²] and rotation [rad²]
-  double yaw_leak = 0.0;                                 // of the priors, its absolute value [rad⁻²]
-  int windows = 0, priors = 0;
-  double seconds = 0.0;  // spent on this
-  Vec2 Errors() const { return (errors2 / windows).cwiseSqrt(); }
-  Vec2 Claimed() const { return (claimed2 / windows).cwiseSqrt(); }
-};
-
-// Compares the motion across the window with the truth.
-void Compare(const Recording& recording, const Window& window, Found* found) {
-  const auto first = StateAt(recording.truth, window.frames.front().t);
-  const auto last = StateAt(recording.truth, window.frames.back().t);
-  if (!first || !last) return;
-  const RelativeMotion motion = MotionAcross(window);
-  const Qd inverse = first->T_W_B.q.conjugate();
-  const Transform truth{inverse * last->T_W_B.q, inverse * (last->T_W_B.p - first->T_W_B.p)};
-  const PoseConsistency pose = ComparePose(motion.T_0n, motion.covariance + found->truth, truth);
-  const Vec6 claimed2 = motion.covariance.diagonal();
-  found->nees += pose.nees;
-  found->errors2 += Vec2(pose.error.head<3>().squaredNorm(), pose.error.tail<3>().squaredNorm());
-  found->claimed2 += Vec2(claimed2.head<3>().sum(), claimed2.tail<3>().sum());
-  ++found->windows;
-  if (!window.prior) return;
-  GaugeOptions gauge;
-  gauge.local_poses = window.LocalPoses();
-  for (const GaugeLeak& leak : AuditPrior(window.prior->GetPrior(), gauge)) {
-    if (leak.direction == "yaw") found->yaw_leak += std::abs(leak.information);
-  }
-  ++found->priors;
-}
-
 CsvTable EmptyTable() {
   return CsvTable("recording,policy,way,trial,images,restarts,ate_m,nees_world,nees_motion,milliseconds");
 }
 
 struct FlightResult {
-  Found found;
+  MotionNees found;
   size_t images = 0;
   int restarts = 0;
   double ate = kNoNumber, nees_world = kNoNumber, nees_motion = kNoNumber, milliseconds = kNoNumber;
@@ -128,18 +54,11 @@ struct FlightResult {
 FlightResult Fly(const Recording& recording, const EstimatorOptions& options, std::unique_ptr<WindowPolicy> policy,
                  const DrawnStart* start, const Mat66& truth = Mat66::Zero()) {
   FlightResult flight;
-  Found& found = flight.found;
+  MotionNees& found = flight.found;
   found.truth = truth;
-  const int every = start ? 1 : 10;  // windows
-  int windows = 0;
-  bool has_slid = false;
-  const auto watch = [&](Window* window, const std::function<void()>& slide) {
-    const size_t before = window->frames.size();
-    const auto begin = std::chrono::steady_clock::now();
-    if (has_slid && ++windows % every == 0) Compare(recording, *window, &found);
-    found.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  policy = ComparedBeforeSlides(std::move(policy), recording.truth, start ? 1 : 10, &found);
+  const auto watch = [](Window* window, const std::function<void()>& slide) {
     slide();
-    has_slid |= window->frames.size() < before;
     window->prior_fixes_gauge &= window->prior != nullptr;  // dropped: position and yaw are free again
   };
   Estimator estimator(options, std::make_unique<WrappedPolicy>(std::move(policy), watch));
@@ -159,7 +78,7 @@ FlightResult Fly(const Recording& recording, const EstimatorOptions& options, st
   flight.restarts = estimator.Restarts();
   if (const auto error = CompareTrajectories(states, recording.truth)) flight.ate = error->position_rmse;
   if (start) flight.nees_world = nees / claims;  // NaN if there is none
-  if (found.windows > 0) flight.nees_motion = found.nees / found.windows;
+  flight.nees_motion = found.Mean();
   flight.milliseconds = 1e3 * (seconds - found.seconds) / static_cast<double>(recording.images.size());
   return flight;
 }
