@@ -12,6 +12,7 @@ int main(int argc, char** argv) {
                           {"certainty", CertaintyTable},
                           {"consistency_recording", ConsistencyRecordingTable},
                           {"first_estimates", FirstEstimatesTable},
+                          {"refuted_estimates", RefutedEstimatesTable},
                           {"walk_scale", WalkScaleTable},
                           {"back_ends", BackEndsTable},
                           {"calibration", CalibrationTable},

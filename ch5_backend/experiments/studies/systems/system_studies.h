@@ -20,6 +20,8 @@ CsvTable ConsistencyRecordingTable(int trial, const std::filesystem::path& data)
 /// Observability constraints for no edge, marginalized edges or all, with default weights and windows, on a simulated flight
 /// of each of four kinds: ATE and NEES of the motion across the window.
 CsvTable FirstEstimatesTable(int trial, const std::filesystem::path&);
+/// The same of VINS, with no edge or all, on two of the kinds: what ./course refute asks of.
+CsvTable RefutedEstimatesTable(int trial, const std::filesystem::path&);
 /// The batch on Tango's walk with its observations, gyroscope and accelerometer as recorded, or each replaced by what the
 /// publisher's trajectory would give: ATE and scale. Trials differ in the observations' noise.
 CsvTable WalkScaleTable(int trial, const std::filesystem::path& data);
