@@ -62,15 +62,17 @@ class AutoDiffEdge : public SizedEdge<R, V...> {
   CH5_FLATTEN void Differentiate() { DifferentiateBody(std::index_sequence_for<V...>{}); }
   CH5_WITH_AVX2 CH5_FLATTEN void DifferentiateAvx2() { DifferentiateBody(std::index_sequence_for<V...>{}); }
 
+  // Not always_inline, which is left to flatten: GCC 12 orders its early passes by calls, but not by those of always_inline
+  // functions; it would then come to Evaluate too late, and leave some of Eigen's assignments calls, without AVX2.
   template <size_t... I>
-  CH5_INLINE void DifferentiateBody(std::index_sequence<I...>) {
+  void DifferentiateBody(std::index_sequence<I...>) {
     const Eigen::Matrix<Number, R, 1> r = Self().Evaluate(Unknowns<I>()...);
     for (int row = 0; row < R; ++row) this->r_[row] = r[row].value;
     (TakeColumns<I>(r), ...);
   }
 
   template <size_t I>
-  CH5_INLINE void TakeColumns(const Eigen::Matrix<Number, R, 1>& r) {
+  void TakeColumns(const Eigen::Matrix<Number, R, 1>& r) {
     const auto& vertex = this->template GetVertex<I>();
     using Type = std::decay_t<decltype(vertex)>;
     Eigen::Matrix<double, R, Type::kDimension> dr_dx;
