@@ -2,6 +2,7 @@
 
 #include <stdexcept>
 
+#include "ch5_backend/graph/auto_diff_edge.h"
 #include "ch5_backend/simulate/mono_ba.h"
 #include "ch5_backend/simulate/random.h"
 #include "ch5_backend/types/bal/edge_bal.h"
@@ -41,6 +42,73 @@ class MixedEdge : public SizedEdge<4, VertexPointXYZ, VertexPose, VertexCameraBA
  private:
   Eigen::Matrix<double, 4, 18> A_;
 };
+
+// Cameras of anyone's own, with N numbers, and a point:  r = A c + B X + 0.3 (A c) ∘ sin(B X) − z.
+template <int N, typename... Cameras>
+class OwnEdge : public AutoDiffEdge<OwnEdge<N, Cameras...>, 2, Cameras..., VertexPointXYZ> {
+  static constexpr int kNumbers = N * sizeof...(Cameras);
+
+ public:
+  OwnEdge(std::shared_ptr<Cameras>... cameras, std::shared_ptr<VertexPointXYZ> point, Random* random)
+      : AutoDiffEdge<OwnEdge, 2, Cameras..., VertexPointXYZ>(std::move(cameras)..., std::move(point)) {
+    for (int i = 0; i < A_.size(); ++i) A_.data()[i] = random->Normal();
+    for (int i = 0; i < B_.size(); ++i) B_.data()[i] = random->Normal();
+    z_ = {random->Normal(), random->Normal()};
+  }
+  template <typename T>
+  Eigen::Matrix<T, 2, 1> Evaluate(const Eigen::Matrix<T, N, 1>& c, const Eigen::Matrix<T, 3, 1>& X) const {
+    using std::sin;
+    Eigen::Matrix<T, 2, 1> r;
+    for (int i = 0; i < 2; ++i) {
+      const T a = A_.template block<1, N>(i, 0).dot(c), b = B_.row(i).dot(X);
+      r[i] = a + b + 0.3 * a * sin(b) - z_[i];
+    }
+    return r;
+  }
+  template <typename T>
+  Eigen::Matrix<T, 2, 1> Evaluate(const Eigen::Matrix<T, N, 1>& c, const Eigen::Matrix<T, N, 1>& d,
+                                  const Eigen::Matrix<T, 3, 1>& X) const {
+    return Evaluate<T>(c, X) + (A_.template rightCols<N>() * d);
+  }
+  std::string TypeInfo() const override { return "OwnEdge"; }
+
+ private:
+  Eigen::Matrix<double, 2, kNumbers> A_;
+  Eigen::Matrix<double, 2, 3> B_;
+  Vec2 z_;
+};
+
+template <int N, typename... Cameras>
+void AddOwnCameras(Graph* graph) {
+  Random random(18);
+  std::vector<std::shared_ptr<VertexVector<N>>> cameras;
+  for (int i = 0; i < 5; ++i) {
+    cameras.push_back(std::make_shared<VertexVector<N>>(
+        0.3 * VertexVector<N>::Estimate::NullaryExpr([&] { return random.Normal(); })));
+    graph->AddVertex(cameras.back());
+  }
+  const auto loss = std::make_shared<HuberLoss>(1.0);
+  for (int k = 0; k < 60; ++k) {
+    auto point = std::make_shared<VertexPointXYZ>(NormalVector(&random, 0.5));
+    graph->AddVertex(point);
+    for (int i = 0; i < 4; ++i) {
+      const auto &c = cameras[(i + k) % 5], &d = cameras[(i + k + 1) % 5];
+      std::shared_ptr<Edge> edge;
+      if constexpr (sizeof...(Cameras) == 2) {
+        edge = std::make_shared<OwnEdge<N, Cameras...>>(c, d, point, &random);
+      } else {
+        edge = std::make_shared<OwnEdge<N, Cameras...>>(c, point, &random);
+      }
+      edge->SetIsotropicInformation(0.5 + random.Uniform());
+      edge->SetLossFunction(loss);
+      graph->AddEdge(edge);
+    }
+  }
+}
+template <int N>
+Scene OwnCameras() {
+  return {"OwnCameras" + std::to_string(N), false, AddOwnCameras<N, VertexVector<N>>};
+}
 
 void AddMonoBa(Graph* graph, int frames, int points, Gauge gauge, double information, double prior_weight,
                const std::function<void(MonoBa*)>& change = {}) {
@@ -208,6 +276,13 @@ std::vector<Scene> ScenesOfEachKind() {
       {"ExtrinsicEstimated", false, AddExtrinsic},
       {"PosesOnly", false, AddPoseOnly},
       {"MixedDimensions", true, AddMixed},
+      OwnCameras<5>(),
+      OwnCameras<8>(),
+      OwnCameras<9>(),
+      OwnCameras<10>(),
+      OwnCameras<13>(),
+      OwnCameras<16>(),
+      {"TwoOwnCamerasAnEdge", false, AddOwnCameras<10, VertexVector<10>, VertexVector<10>>},
   };
 }
 

@@ -4,7 +4,7 @@
 ///
 /// A kernel is a struct with its signature and one body:
 ///
-///   template <int P, int L>     // sizes of a block, or Eigen::Dynamic: read at run time
+///   template <int P, int L>     // sizes of a block; Eigen::Dynamic: read at run time; UpTo(n): likewise, but at most n
 ///   struct Scale {
 ///     using Signature = void(const double* block, double* out);
 ///     template <SimdLevel kSimd>
@@ -20,14 +20,22 @@
 
 namespace ch5 {
 
+/// Stands for sizes from n − 3 to n, which take as many registers; n is a multiple of kLanes.
+constexpr int UpTo(int n) { return -n; }
+
 /// Which sizes a kernel is wanted for: P×L.
 struct BlockSizes {
   int rows = Eigen::Dynamic, columns = Eigen::Dynamic;
 
   /// Whether there is code for just these.
-  constexpr bool AreFixed() const {
+  constexpr bool AreExact() const {
     return (rows == 6 && (columns == 1 || columns == 3)) || (rows == 9 && columns == 3);
   }
+  /// Whether there is code for as many registers: points and poses, or cameras, of anyone's own.
+  constexpr bool FitRegisters() const { return !AreExact() && columns == 3 && rows > kLanes && rows <= 4 * kLanes; }
+  constexpr bool AreFixed() const { return AreExact() || FitRegisters(); }
+  /// Sizes with the same code for a kernel to which those of the poses do not matter.
+  constexpr BlockSizes OfLandmarks() const { return FitRegisters() ? BlockSizes{9, 3} : *this; }
 };
 
 template <typename Kernel, typename Signature>
@@ -53,7 +61,7 @@ auto Dispatch() {
   return KernelCopies<Kernel, typename Kernel::Signature>::ForThisProcessor();
 }
 
-/// The copy for these sizes and this processor; any sizes are served, other than the fixed ones by Eigen::Dynamic.
+/// The copy for these sizes and this processor; any sizes are served, other than the exact ones by Eigen::Dynamic.
 template <template <int P, int L> class Kernel>
 auto Dispatch(const BlockSizes& sizes) {
   if (sizes.rows == 6 && sizes.columns == 1) return Dispatch<Kernel<6, 1>>();
@@ -62,13 +70,25 @@ auto Dispatch(const BlockSizes& sizes) {
   return Dispatch<Kernel<Eigen::Dynamic, Eigen::Dynamic>>();
 }
 
+/// The same for a kernel that also has code by the number of registers.
+template <template <int P, int L> class Kernel>
+auto DispatchByRegisters(const BlockSizes& sizes) {
+  if (!sizes.FitRegisters()) return Dispatch<Kernel>(sizes);
+  if (sizes.rows <= 8) return Dispatch<Kernel<UpTo(8), 3>>();
+  if (sizes.rows <= 12) return Dispatch<Kernel<UpTo(12), 3>>();
+  return Dispatch<Kernel<UpTo(16), 3>>();
+}
+
 namespace kernels {
 
 /// A size that is a constant where it is known at compile time.
 template <int N>
 CH5_INLINE constexpr int Pick(int size) {
-  return N == Eigen::Dynamic ? size : N;
+  return N < 0 ? size : N;
 }
+/// The largest size that N stands for, unless it is Eigen::Dynamic.
+template <int N>
+constexpr int kMost = N < Eigen::Dynamic ? -N : N;
 
 }  // namespace kernels
 

@@ -44,7 +44,8 @@ void SparseSolver::SetOrdering() {
     if (task == 1)
       return NeverForms(type) ? PrepareImplicitSolver(type) : PrepareReducedSolver(type, SchurPattern(structure_));
     batches_.Assign(structure_);
-    const bool factored = NeverForms(type) && IsInexact(iterative_) && batches_.Active() && structure_.OnePoseAnEdge();
+    const bool factored = NeverForms(type) && IsInexact(iterative_) && structure_.sizes.AreExact() &&
+                          batches_.Active() && structure_.OnePoseAnEdge();
     linearized_.Resize(structure_, factored);
   });
   if (pool_.Threads() > 1) numeric_edges_.Find(EdgesInBatch(), &structure_);

@@ -6,6 +6,7 @@
 #include "ch5_backend/sparse/steps/weighted_edge_batch.h"
 #include "ch5_backend/types/bal/edge_bal.h"
 #include "ch5_backend/types/visual/edge_stereo.h"
+#include "tests/scenes.h"
 
 namespace ch5::test {
 namespace {
@@ -89,6 +90,16 @@ class Rigs {
   Random& random_;
   std::vector<std::shared_ptr<VertexPose>> poses_, cameras_;
   std::vector<std::shared_ptr<VertexScalar>> clocks_;
+};
+
+class NumericEdge : public SizedEdge<2, VertexVector<10>, VertexPointXYZ> {
+ public:
+  NumericEdge(std::shared_ptr<VertexVector<10>> a, std::shared_ptr<VertexPointXYZ> b)
+      : SizedEdge(std::move(a), std::move(b)) {}
+  void ComputeResidual() override {
+    r_ = GetVertex<0>().GetEstimate().head<2>() + GetVertex<1>().GetEstimate().head<2>();
+  }
+  std::string TypeInfo() const override { return "NumericEdge"; }
 };
 
 // J of vertex v of the edge in a lane, from what the batch has given.
@@ -200,6 +211,30 @@ TEST(EdgeBatches, FollowTheStatesAndTheWeights) {
   solver.MakeHessian();
   EXPECT_LT((solver.DenseHessian() - H).norm(), 1e-13 * H.norm());
   EXPECT_LT((solver.RightHandSide() - b).norm(), 1e-13 * b.norm());
+}
+
+// Edges without a batch of their own go through the same lanes: see the scenes OwnCameras… in equality_test.cc.
+TEST(EdgeBatches, TakeEdgesThatHaveNone) {
+  const auto are_active = [](const Graph& graph) {
+    LandmarkEdgeBatches batches;
+    batches.Assign(BuildStructure(MakeOrdering(graph)));
+    return batches.Active();
+  };
+  for (const int numbers : {5, 8, 9, 10, 13, 16}) {
+    Graph graph;
+    SceneNamed("OwnCameras" + std::to_string(numbers)).build(&graph);
+    EXPECT_TRUE(are_active(graph)) << numbers;
+  }
+  // But not if their Jacobians are numeric, which would move vertices that another thread reads.
+  Random random(9);
+  Graph graph;
+  const auto camera = std::make_shared<VertexVector<10>>(VertexVector<10>::Estimate::Ones());
+  std::vector<std::shared_ptr<Edge>> edges;
+  for (int k = 0; k < 9; ++k)
+    edges.push_back(
+        std::make_shared<NumericEdge>(camera, std::make_shared<VertexPointXYZ>(NormalVector(&random, 1.0))));
+  Fill(edges, &graph);
+  EXPECT_FALSE(are_active(graph));
 }
 
 // Landmarks with edges of three types, 1 to 5 of them, whose cameras are free or fixed.

@@ -28,16 +28,17 @@ CH5_INLINE void Transpose(Lanes (&x)[4]) {
 // ---- one edge ---------------------------------------------------------------------------------------------------
 
 /// A Jacobian with R rows and P columns, in registers of eight where `Wide`, the rest of a row in registers of four; A is
-/// row-major with Stride(P) numbers a row, the padding zero.
+/// row-major with Stride(P) numbers a row, the padding zero. Where P is UpTo(n), p is the size; likewise q.
 template <int R, int P, bool Wide>
 class Rows {
-  static constexpr int kWide = Wide ? Stride(P) / kPack : 0, kFirst = kWide * kPack;  // the first of the rest
-  static constexpr int kNarrow = (Stride(P) - kFirst) / kLanes;
+  static constexpr int kStride = Stride(kMost<P>);
+  static constexpr int kWide = Wide ? kStride / kPack : 0, kFirst = kWide * kPack;  // the first of the rest
+  static constexpr int kNarrow = (kStride - kFirst) / kLanes;
 
  public:
-  explicit CH5_INLINE Rows(const double* A) {
+  explicit CH5_INLINE Rows(const double* A, int p = P) : p_(Pick<P>(p)) {
     CH5_UNROLL
-    for (int r = 0; r < R; ++r, A += Stride(P)) {
+    for (int r = 0; r < R; ++r, A += kStride) {
       CH5_UNROLL
       for (int k = 0; k < kWide; ++k) wide_[r][k] = AsWide(A)[k];
       CH5_UNROLL
@@ -47,27 +48,31 @@ class Rows {
 
   /// C (P×Q) += AᵀB; B has R rows like A. Of the rows below C's diagonal, not all if `kUpper`.
   template <int Q, bool kUpper = false>
-  CH5_INLINE void AddTransposeProduct(const double* B, double* C) const {
+  CH5_INLINE void AddTransposeProduct(const double* B, double* C, int q = Q) const {
     CH5_UNROLL
-    for (int c = 0; c < Q; ++c, C += Stride(P)) AddColumn<Stride(Q)>(B + c, kUpper ? c : P - 1, C);
+    for (int c = 0; c < kMost<Q>; ++c, C += kStride) {
+      if (c < Pick<Q>(q)) AddColumn<Stride(kMost<Q>)>(B + c, kUpper ? c : kMost<P> - 1, C);
+    }
   }
 
   /// The same for a C without padding, whose old values may be forgotten: nothing behind it is written, which may be
   /// another thread's.
   template <int Q>
   CH5_INLINE void AddTransposeProductTight(const double* B, bool forget, double* C) const {
-    PrefetchPageAhead<P * Q>(C);
+    const int p = Pick<P>(p_), whole = p / kLanes;
+    PrefetchPageAhead<kMost<P> * Q>(C);
     CH5_UNROLL
-    for (int c = 0; c < Q; ++c, C += P) {
-      alignas(64) double sum[Stride(P)] = {};
-      AddColumn<Stride(Q)>(B + c, P - 1, sum);
+    for (int c = 0; c < Q; ++c, C += p) {
+      alignas(64) double sum[kStride] = {};
+      AddColumn<Stride(Q)>(B + c, kMost<P> - 1, sum);
       CH5_UNROLL
-      for (int k = 0; k < P / kLanes; ++k) {
+      for (int k = 0; k < kMost<P> / kLanes; ++k) {
+        if (k >= whole) continue;
         LanesInMemory* C_k = AsLanes(C + k * kLanes);
         *C_k = forget ? AsLanes(sum)[k] : *C_k + AsLanes(sum)[k];
       }
       CH5_UNROLL
-      for (int i = P / kLanes * kLanes; i < P; ++i) C[i] = forget ? sum[i] : C[i] + sum[i];
+      for (int i = whole * kLanes; i < p; ++i) C[i] = forget ? sum[i] : C[i] + sum[i];
     }
   }
 
@@ -75,7 +80,7 @@ class Rows {
   CH5_INLINE void SubtractTransposeVector(const double* r, double* y) const {
     const double minus[2] = {-r[0], -r[1]};
     static_assert(R == 2);
-    AddColumn<1>(minus, P - 1, y);
+    AddColumn<1>(minus, kMost<P> - 1, y);
   }
 
  private:
@@ -102,6 +107,7 @@ class Rows {
 
   WideLanes wide_[R][kWide > 0 ? kWide : 1];
   Lanes narrow_[R][kNarrow > 0 ? kNarrow : 1];
+  int p_;
 };
 
 // ---- packs of edges ---------------------------------------------------------------------------------------------

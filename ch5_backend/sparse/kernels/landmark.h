@@ -94,24 +94,26 @@ CH5_INLINE void AddSymmetric(const double* V, const double* x, int l_size, doubl
   }
 }
 
-/// Σ Wᵀx over blocks H (P×L) of one landmark, summed across lanes only once.
+/// Σ Wᵀx over blocks H (p×L) of one landmark, summed across lanes only once.
 template <int P, int L>
 class TransposedSum {
  public:
-  CH5_INLINE void Add(const double* H, const double* x) {
-    PrefetchPageAhead<P * L>(H);
+  CH5_INLINE void Add(const double* H, const double* x, int p_size) {
+    const int p = Pick<P>(p_size), whole = p / kLanes;
+    PrefetchPageAhead<kMost<P> * L>(H);
     CH5_UNROLL
-    for (int m = 0; m < L; ++m, H += P) {
+    for (int m = 0; m < L; ++m, H += p) {
       CH5_UNROLL
-      for (int k = 0; k < kWhole; ++k) sums_[m] += AsLanes(H)[k] * AsLanes(x)[k];
+      for (int k = 0; k < kMost<P> / kLanes; ++k) {
+        if (k < whole) sums_[m] += AsLanes(H)[k] * AsLanes(x)[k];
+      }
       CH5_UNROLL
-      for (int k = kWhole * kLanes; k < P; ++k) rest_[m] += H[k] * x[k];
+      for (int k = whole * kLanes; k < p; ++k) rest_[m] += H[k] * x[k];
     }
   }
   CH5_INLINE double At(int m) const { return rest_[m] + ((sums_[m][0] + sums_[m][1]) + (sums_[m][2] + sums_[m][3])); }
 
  private:
-  static constexpr int kWhole = P / kLanes;
   Lanes sums_[L] = {};
   double rest_[L] = {};
 };
@@ -144,13 +146,13 @@ struct LandmarkSlots {
 
 /// The numbers in a block, and what is read behind it; 1 for any sizes.
 constexpr int BlockSize(int rows, int columns) {
-  return rows == Eigen::Dynamic || columns == Eigen::Dynamic ? 1 : rows * columns + kLanes;
+  return rows == Eigen::Dynamic || columns == Eigen::Dynamic ? 1 : (rows < 0 ? -rows : rows) * columns + kLanes;
 }
 
 /// A slot's block of H_pl, which `expanded` (BlockSize numbers) takes if it is stored by its factors.
 template <int P, int L>
 CH5_INLINE const double* Block(const LandmarkSlots& slots, int slot, double* expanded) {
-  if constexpr (P != Eigen::Dynamic && L != Eigen::Dynamic) {
+  if constexpr (P > 0 && L > 0) {
     using Factors = SlotFactors<P, L>;
     if (slots.factors) {
       Factors::Expand(slots.factors + static_cast<ptrdiff_t>(slot) * Factors::kSize, expanded);
@@ -164,7 +166,7 @@ CH5_INLINE const double* Block(const LandmarkSlots& slots, int slot, double* exp
 template <int P, int L>
 CH5_INLINE void SumOverPoses(const LandmarkSlots& slots, int l_size, const double* v, double* w) {
   constexpr bool kFixed = P != Eigen::Dynamic && L != Eigen::Dynamic;
-  if constexpr (kFixed) {
+  if constexpr (P > 0 && L > 0) {
     using Factors = SlotFactors<P, L>;
     if (slots.factors) {
       for (int slot = slots.begin; slot < slots.end; ++slot) {
@@ -179,7 +181,7 @@ CH5_INLINE void SumOverPoses(const LandmarkSlots& slots, int l_size, const doubl
     const int pose = slots.pose[slot];
     const double *H = slots.Block(slot), *v_p = v + slots.pose_offset[pose];
     if constexpr (kFixed) {
-      sum.Add(H, v_p);
+      sum.Add(H, v_p, slots.pose_dim[pose]);
     } else {
       AddTransposed<P, L>(H, v_p, slots.pose_dim[pose], l_size, w);
     }

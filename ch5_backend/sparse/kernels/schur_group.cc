@@ -87,17 +87,16 @@ void SubtractGeneralGroup(const GroupSystem& y, const PoseRange& range, double* 
 // ---- fixed sizes ------------------------------------------------------------------------------------------------
 
 constexpr int kColumns = 24;  // of A at a time: A then stays in the first-level cache
-constexpr int kMostRows = Stride(9);
 
 CH5_INLINE void Subtract(const NarrowLanes& v, double* x) { *AsNarrow(x) -= v; }
 CH5_INLINE void Subtract(const Lanes& v, double* x) { *AsLanes(x) -= v; }
 CH5_INLINE void Subtract(const WideLanes& v, double* x) { *AsWide(x) -= v; }
 
-// S (P×P) −= A Bᵀ over k columns; `Tile` columns of S at a time, as many as there are registers for. `Vector` is never
+// S (p×p) −= A Bᵀ over k columns; `Tile` columns of S at a time, as many as there are registers for. `Vector` is never
 // wider than the processor's registers: GCC 12 takes longer ones apart through memory, which costs six times as much.
 template <int P, typename Vector, int Tile, int First = 0>
-CH5_INLINE void SubtractPair(const double* A, const double* B, int k, double* S) {
-  constexpr int kRows = Stride(P), kTile = std::min(Tile, P - First);
+CH5_INLINE void SubtractPair(const double* A, const double* B, int k, int p_size, double* S) {
+  constexpr int kRows = Stride(kMost<P>), kTile = std::min(Tile, kMost<P> - First);
   constexpr int kWidth = static_cast<int>(sizeof(Vector) / sizeof(double)), kWhole = kRows / kWidth;
   constexpr bool kRest = kRows % kWidth != 0;  // four rows
   Vector whole[kTile][kWhole] = {};
@@ -116,12 +115,15 @@ CH5_INLINE void SubtractPair(const double* A, const double* B, int k, double* S)
   }
   CH5_UNROLL
   for (int c = 0; c < kTile; ++c) {
+    if (First + c >= Pick<P>(p_size)) continue;
     double* column = S + (First + c) * kRows;
     CH5_UNROLL
     for (int r = 0; r < kWhole; ++r) Subtract(whole[c][r], column + r * kWidth);
     if constexpr (kRest) *AsLanes(column + kRows - kLanes) -= rest[c];
   }
-  if constexpr (First + kTile < P) SubtractPair<P, Vector, Tile, First + kTile>(A, B, k, S);
+  if constexpr (First + kTile < kMost<P>) {
+    if (First + kTile < Pick<P>(p_size)) SubtractPair<P, Vector, Tile, First + kTile>(A, B, k, p_size, S);
+  }
 }
 
 // The same for one row more than a whole register: its products with B's rows go along B. For 32 registers. K columns
@@ -147,44 +149,49 @@ CH5_INLINE void SubtractPairAndRow(const double* A, const double* B, int k, doub
   }
 }
 
-// b (P, without padding) −= A x over k columns.
+// b (p, without padding) −= A x over k columns.
 template <int P>
-CH5_INLINE void SubtractVector(const double* A, const double* x, int k, double* b) {
-  constexpr int kPerColumn = Stride(P) / kLanes;
+CH5_INLINE void SubtractVector(const double* A, const double* x, int k, int p_size, double* b) {
+  constexpr int kPerColumn = Stride(kMost<P>) / kLanes;
   Lanes sum[kPerColumn] = {};
-  for (int p = 0; p < k; ++p, A += Stride(P)) {
+  for (int p = 0; p < k; ++p, A += Stride(kMost<P>)) {
     CH5_UNROLL
     for (int i = 0; i < kPerColumn; ++i) sum[i] += AsLanes(A)[i] * x[p];
   }
   CH5_UNROLL
-  for (int i = 0; i < P; ++i) b[i] -= sum[i / kLanes][i % kLanes];
+  for (int i = 0; i < kMost<P>; ++i) {
+    if (i < Pick<P>(p_size)) b[i] -= sum[i / kLanes][i % kLanes];
+  }
 }
 
-// The last rows of a column that has no padding; zeros take its place.
+// The last rows of a column that has no padding; zeros take its place, or what follows if P is UpTo(n).
 template <int P>
 CH5_INLINE void LoadLastRows(const double* column, Lanes* rows) {
-  constexpr int kFirst = Stride(P) - kLanes;
+  constexpr int kFirst = Stride(kMost<P>) - kLanes;
+  if constexpr (P < 0) return Load(column + kFirst, rows);
   const auto at = [&](int i) { return kFirst + i < P ? column[kFirst + i] : 0.0; };
   *rows = Lanes{at(0), at(1), at(2), at(3)};
 }
 
-// A (P×L) = H_pl G⁻ᵀ, written in the registers' widths in which it will be read: a wide read of narrow writes would wait.
+// A (p×L) = H_pl G⁻ᵀ, written in the registers' widths in which it will be read: a wide read of narrow writes would wait.
 template <int P, int L>
-CH5_INLINE void Scale(const double* H_pl, const double* root, double* A) {
-  constexpr int kRows = Stride(P);
-  constexpr bool kWide = kRows >= 8, kNarrow = kRows % 8 != 0;
+CH5_INLINE void Scale(const double* H_pl, const double* root, int p_size, double* A) {
+  constexpr int kRows = Stride(kMost<P>), kWide = kRows / kPack;
+  constexpr bool kNarrow = kRows % kPack != 0;
+  const int p = Pick<P>(p_size);
   CH5_UNROLL
   for (int c = 0; c < L; ++c) {
-    if constexpr (kWide) {
+    CH5_UNROLL
+    for (int w = 0; w < kWide; ++w) {
       WideLanes rows, sum;
-      Load(H_pl, &rows);
+      Load(H_pl + w * kPack, &rows);
       sum = rows * root[c];
       CH5_UNROLL
       for (int m = 1; m <= c; ++m) {
-        Load(H_pl + m * P, &rows);
+        Load(H_pl + m * p + w * kPack, &rows);
         sum += rows * root[m * L + c];
       }
-      *AsWide(A + c * kRows) = sum;
+      *AsWide(A + c * kRows + w * kPack) = sum;
     }
     if constexpr (kNarrow) {
       Lanes rows, sum;
@@ -192,7 +199,7 @@ CH5_INLINE void Scale(const double* H_pl, const double* root, double* A) {
       sum = rows * root[c];
       CH5_UNROLL
       for (int m = 1; m <= c; ++m) {
-        LoadLastRows<P>(H_pl + m * P, &rows);
+        LoadLastRows<P>(H_pl + m * p, &rows);
         sum += rows * root[m * L + c];
       }
       *AsLanes(A + (c + 1) * kRows - kLanes) = sum;
@@ -203,13 +210,13 @@ CH5_INLINE void Scale(const double* H_pl, const double* root, double* A) {
 template <int P, int L>
 struct SubtractGroup {
   using Signature = void(const GroupSystem&, const PoseRange&, double* A, SymmetricBlockMatrix* S, double* b_S);
-  static constexpr int kBlock = Stride(P) * L, kBatch = kColumns / L;
+  static constexpr int kBlock = Stride(kMost<P>) * L, kBatch = kColumns / L;
   static constexpr int kPoseSize = kBatch * kBlock;  // from A_i to A_i+1
 
   template <SimdLevel kSimd>
   static CH5_INLINE void Run(const GroupSystem& y, const PoseRange& range, double* A, SymmetricBlockMatrix* S,
                              double* b_S) {
-    const int n = static_cast<int>(y.poses_end - y.poses);
+    const int n = static_cast<int>(y.poses_end - y.poses), p = y.poses->dim;
     const int begin = static_cast<int>(range.begin - y.poses), end = static_cast<int>(range.end - y.poses);
     for (int l = 0; l < y.num_landmarks; l += kBatch) {
       const int count = std::min(kBatch, y.num_landmarks - l);
@@ -218,8 +225,8 @@ struct SubtractGroup {
       for (int j = begin; j < end; ++j) {
         const double* A_j = A + j * kPoseSize;
         const int* block = y.blocks + j * n - j * (j - 1) / 2;
-        for (int i = j; i < n; ++i) SubtractFromBlock<kSimd>(A + i * kPoseSize, A_j, count, S->Values(*block++));
-        SubtractVector<P>(A_j, rhs, count * L, b_S + y.poses[j].offset);
+        for (int i = j; i < n; ++i) SubtractFromBlock<kSimd>(A + i * kPoseSize, A_j, count, p, S->Values(*block++));
+        SubtractVector<P>(A_j, rhs, count * L, p, b_S + y.poses[j].offset);
       }
     }
   }
@@ -238,23 +245,24 @@ struct SubtractGroup {
       }
       for (int i = begin; i < n; ++i) {
         const double* H_il = Block<P, L>(y.slots, y.slots.begin + (first + k) * n + i, expanded);
-        PrefetchPageAhead<P * L>(H_il);
-        Scale<P, L>(H_il, G_inverse, A + i * kPoseSize + k * kBlock);
+        PrefetchPageAhead<kMost<P> * L>(H_il);
+        Scale<P, L>(H_il, G_inverse, y.poses->dim, A + i * kPoseSize + k * kBlock);
       }
     }
   }
 
   // S_ij −= A_i A_jᵀ over the columns of `count` landmarks.
   template <SimdLevel kSimd>
-  static CH5_INLINE void SubtractFromBlock(const double* A_i, const double* A_j, int count, double* S_ij) {
+  static CH5_INLINE void SubtractFromBlock(const double* A_i, const double* A_j, int count, int p, double* S_ij) {
+    constexpr int kRows = Stride(kMost<P>);  // 10 columns of 12 rows go by fives, 13 to 16 by eights
     if constexpr (P == 9 && kSimd == SimdLevel::kAvx512) {
       count == 1 ? SubtractPairAndRow<P, L>(A_i, A_j, L, S_ij) : SubtractPairAndRow<P, 0>(A_i, A_j, count * L, S_ij);
     } else if constexpr (kSimd == SimdLevel::kAvx512) {
-      SubtractPair<P, WideLanes, 9>(A_i, A_j, count * L, S_ij);
+      SubtractPair<P, WideLanes, (P > 0 ? 9 : kRows == 12 ? 5 : 8)>(A_i, A_j, count * L, p, S_ij);
     } else if constexpr (kSimd == SimdLevel::kAvx2) {
-      SubtractPair<P, Lanes, 4>(A_i, A_j, count * L, S_ij);
+      SubtractPair<P, Lanes, kRows == 16 ? 3 : 4>(A_i, A_j, count * L, p, S_ij);
     } else {
-      SubtractPair<P, NarrowLanes, 2>(A_i, A_j, count * L, S_ij);
+      SubtractPair<P, NarrowLanes, 2>(A_i, A_j, count * L, p, S_ij);
     }
   }
 };
@@ -271,10 +279,10 @@ struct SubtractGroup<Eigen::Dynamic, Eigen::Dynamic> {
 
 }  // namespace
 
-SubtractGroupFunction SubtractGroupFor(const BlockSizes& sizes) { return Dispatch<SubtractGroup>(sizes); }
+SubtractGroupFunction SubtractGroupFor(const BlockSizes& sizes) { return DispatchByRegisters<SubtractGroup>(sizes); }
 
 size_t GroupMemory(const BlockSizes& sizes, int poses, int rows) {
-  if (sizes.AreFixed()) return static_cast<size_t>(poses) * kColumns * kMostRows;
+  if (sizes.AreFixed()) return static_cast<size_t>(poses) * kColumns * Stride(sizes.rows);
   const int lda = LeadingDimension(rows);
   return SizeOfA(lda) + static_cast<size_t>(lda) * lda + kOverread;
 }

@@ -50,7 +50,7 @@ void BackSubstitute(const Structure& s, const Linearized& y, const Eliminated& e
   y.H_pp.Multiply(delta_x.data(), step->H_pp_delta.data());
   const double of_poses = delta_poses.dot(y.b.head(s.ordering.dim_poses) - 0.5 * step->H_pp_delta);
 
-  const auto range = Dispatch<CompleteRange>(s.sizes);
+  const auto range = DispatchByRegisters<CompleteRange>(s.sizes);
   const double of_landmarks =
       ParallelSum(pool, s.NumLandmarks(), kLandmarks, &step->partial_sums,
                   [&](int begin, int end) { return range(s, y, eliminated, begin, end, delta_x.data()); });

@@ -196,7 +196,7 @@ void Eliminated::Resize(const Structure& s, bool is_implicit) {
 
 bool InvertLandmarks(const Structure& s, const Linearized& y, const DampingRule& rule, ThreadPool* pool,
                      Eliminated* eliminated, SingularRoot singular_root) {
-  const auto invert = Dispatch<InvertRange>(s.sizes);
+  const auto invert = Dispatch<InvertRange>(s.sizes.OfLandmarks());
   std::atomic<bool> ok{true};
   ParallelFor(pool, s.NumLandmarks(), kLandmarks, [&](int begin, int end) {
     if (invert(s, y, begin, end, rule, eliminated)) return;

@@ -8,7 +8,7 @@
 /// S is decreased in three ways, which give the same sums:
 ///   grouped   landmarks that the same poses see change the same blocks of S; with A_i = [H_il G_l⁻ᵀ  H_im G_m⁻ᵀ …] for
 ///             the landmarks l, m, … of the group, S_ij −= A_i A_jᵀ, block by block in registers. Where all blocks have
-///             one of the fixed sizes (math/dispatch.h)
+///             one size, of those that fit registers (math/dispatch.h)
 ///   general   the same for any sizes, also mixed: all A_i below each other, then C = A Aᵀ by a dense kernel, whose blocks
 ///             are taken from S. Both in kernels/schur_group.h
 ///   implicit  S is never formed, only multiplied by a vector: for many poses, implicit_solver.h

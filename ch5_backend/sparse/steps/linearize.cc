@@ -118,7 +118,13 @@ class LandmarkLinearizer : Chunk {
     for (int e = s_.landmark_edges[l]; e < s_.landmark_edges[l + 1]; ++e) {
       if constexpr (kPacked) {
         if (packed) {
-          factored ? AddFactoredEdge(e, packs, sums) : AddPackedEdge(e, packs, sums);
+          if constexpr (P > 0) {
+            if (factored) {
+              AddFactoredEdge(e, packs, sums);
+              continue;
+            }
+          }
+          AddPackedEdge(e, packs, sums);
           continue;
         }
       }
@@ -137,6 +143,7 @@ class LandmarkLinearizer : Chunk {
     const WeightedEdgeBatch& batch = batches_.Batch(e);
     EdgePack& pack = packs[batches_.Type(e)];
     const int lane = pack.LaneOf(batch, batches_.Number(e)), num_poses = record.poses_end - record.poses_begin;
+    const int p = kernels::Pick<P>(s_.sizes.rows);
     const EdgePose* poses = s_.edge_poses.data() + record.poses_begin;
     const auto jacobian = [&](int position) { return pack.Jacobian(batch, lane, position); };
 
@@ -148,14 +155,14 @@ class LandmarkLinearizer : Chunk {
     const int* block = s_.edge_blocks.data() + record.blocks_begin;
     for (int i = 0; i < num_poses; ++i) {
       const double* J_i = jacobian(poses[i].position);
-      const kernels::Rows<kR, P, kWide> rows_i(J_i);
+      const kernels::Rows<kR, P, kWide> rows_i(J_i, p);
       double* H_il = system_.H_pl.data() + s_.SlotBlock(poses[i].slot);
       rows_i.template AddTransposeProductTight<L>(J_l, s_.OneEdgePerSlot(), H_il);
       rows_i.SubtractTransposeVector(r, RowsOfSums(poses[i].pose));
       for (int j = 0; j < i; ++j) {
-        rows_i.template AddTransposeProduct<P>(jacobian(poses[j].position), BlockOfSums(*block++, poses[j].pose));
+        rows_i.template AddTransposeProduct<P>(jacobian(poses[j].position), BlockOfSums(*block++, poses[j].pose), p);
       }
-      rows_i.template AddTransposeProduct<P, true>(J_i, BlockOfSums(*block++, poses[i].pose));
+      rows_i.template AddTransposeProduct<P, true>(J_i, BlockOfSums(*block++, poses[i].pose), p);
     }
   }
 
@@ -452,7 +459,7 @@ MatXX Linearized::Coupling(const Structure& s, int slot) const {
 }
 
 double Linearize(const Structure& s, const LandmarkEdgeBatches& batches, ThreadPool* pool, Linearized* system) {
-  const auto linearize_chunk = Dispatch<LinearizeChunk>(s.sizes);
+  const auto linearize_chunk = DispatchByRegisters<LinearizeChunk>(s.sizes);
   pool->Run(s.NumChunks(), [&](int chunk) { linearize_chunk(s, batches, chunk, system); });
 
   double cost = 0.0;

@@ -147,7 +147,7 @@ double RefineLandmarks(const Structure& s, const LandmarkEdgeBatches& batches, i
   for (std::vector<double>* of_edges : {&x->squares, &x->slopes})
     of_edges->resize(static_cast<size_t>(s.num_landmark_edges));
   x->decreases.resize(static_cast<size_t>(s.NumChunks()));
-  const auto refine = Dispatch<RefineChunk>(s.sizes);
+  const auto refine = Dispatch<RefineChunk>(s.sizes.OfLandmarks());
   pool->Run(s.NumChunks(), [&](int chunk) { x->decreases[chunk] = refine(s, batches, chunk, steps, x); });
   return std::accumulate(x->decreases.begin(), x->decreases.end(), 0.0);
 }

@@ -4,11 +4,66 @@
 #include <typeinfo>
 
 namespace ch5 {
+namespace {
 
-bool WeightedEdgeBatch::Start(const Edge& first, bool relative) {
-  if (!type_ || *type_ != typeid(first)) batch_ = AsFast(first) ? AsFast(first)->MakeBatch() : nullptr;
+// Edges of a type without batches, each linearized by itself.
+class SingleEdges : public EdgeBatch {
+ public:
+  void Clear() override { edges_.clear(); }
+  void Reserve(size_t count) override { edges_.reserve(count); }
+  void Add(const Edge& edge) override { edges_.push_back(const_cast<Edge*>(&edge)); }  // which holds its own r and J
+  void LoadPoses() override {}
+  void ComputeResiduals(int first, int count, double* r) const override {
+    for (int k = 0; k < count; ++k) {
+      edges_[first + k]->ComputeResidual();
+      CopyResidual(first + k, r + k);
+    }
+    FillLanes(count, WeightedEdgeBatch::kRows, r);
+  }
+  void Linearize(int first, int count, double* r, double* J) const override {
+    constexpr int kPrefetchDistance = 6, kLines = 6;
+    int numbers = 0;
+    for (int k = 0; k < count; ++k) {
+      if (first + k + kPrefetchDistance < static_cast<int>(edges_.size()))
+        PrefetchObject(edges_[first + k + kPrefetchDistance], kLines);
+      Edge& edge = *edges_[first + k];
+      edge.Linearize();
+      CopyResidual(first + k, r + k);
+      numbers = 0;
+      for (size_t v = 0; v < edge.Vertices().size(); ++v) {
+        const auto J_v = edge.Jacobian(v);
+        for (Eigen::Index i = 0; i < J_v.size(); ++i) J[kPack * numbers++ + k] = J_v.data()[i];
+      }
+    }
+    FillLanes(count, numbers, J);
+    FillLanes(count, WeightedEdgeBatch::kRows, r);
+  }
+
+ private:
+  void CopyResidual(int e, double* r) const {
+    const auto residual = edges_[e]->Residual();
+    for (int i = 0; i < WeightedEdgeBatch::kRows; ++i) r[i * kPack] = residual[i];
+  }
+  // Copies of the last edge's numbers into the lanes without an edge.
+  static void FillLanes(int count, int numbers, double* x) {
+    for (int i = 0; i < numbers && count < kPack; ++i, x += kPack) std::fill(x + count, x + kPack, x[count - 1]);
+  }
+
+  std::vector<Edge*> edges_;
+};
+
+std::unique_ptr<EdgeBatch> MakeBatch(Edge* edge) {
+  std::unique_ptr<EdgeBatch> own = AsFast(*edge) ? AsFast(*edge)->MakeBatch() : nullptr;
+  return own ? std::move(own) : std::make_unique<SingleEdges>();
+}
+
+}  // namespace
+
+bool WeightedEdgeBatch::Start(Edge* first_edge, bool relative) {
+  Edge& first = *first_edge;
+  if (!type_ || *type_ != typeid(first)) batch_ = MakeBatch(&first);
   type_ = &typeid(first);
-  if (!batch_ || batch_->IsRelative() != relative) return false;
+  if (batch_->IsRelative() != relative) return false;
   jacobian_begin_.assign(1, 0);
   block_begin_.assign(1, 0);
   const auto append = [this](int dim) {
@@ -24,14 +79,26 @@ bool WeightedEdgeBatch::Start(const Edge& first, bool relative) {
   size_ = 0;
   unweighted_ = true;
   common_loss_ = first.GetLossFunction();
-  return first.ResidualDimension() == kRows && first.Vertices().size() <= kMostVertices &&
-         NumJacobians() <= kRows * kMostColumns;
+  if (first.ResidualDimension() != kRows || first.Vertices().size() > kMostVertices ||
+      NumJacobians() > kRows * kMostColumns)
+    return false;
+  goes_one_by_one_ = dynamic_cast<const SingleEdges*>(batch_.get()) != nullptr;
+  if (goes_one_by_one_) first.Linearize();
+  return !goes_one_by_one_ || !first.HasNumericJacobians();
+}
+
+// Edges of one type may yet differ, if their sizes are known at run time only.
+bool WeightedEdgeBatch::HasSizesOf(const Edge& edge) const {
+  const VertexSpan& vertices = edge.Vertices();
+  bool same = edge.ResidualDimension() == kRows && static_cast<int>(vertices.size()) == NumPositions();
+  for (int v = 0; v < NumPositions() && same; ++v) same = vertices[v]->LocalDimension() == Dimension(v);
+  return same;
 }
 
 bool WeightedEdgeBatch::Add(const Edge& edge) {
   const double information = edge.IsotropicInformation();
   const LossFunction* loss = edge.GetLossFunction();
-  if (information < 0.0) return false;
+  if (information < 0.0 || (goes_one_by_one_ && !HasSizesOf(edge))) return false;
   batch_->Add(edge);
   if (loss != common_loss_) common_loss_ = nullptr;
   if (unweighted_ && (information != 1.0 || loss)) {
@@ -64,7 +131,7 @@ bool LandmarkEdgeBatches::AddAll(const Structure& s) {
     const EdgeRecord& record = s.edges[s.BatchEdge(e)];
     WeightedEdgeBatch& batch = batches_[record.type];
     if (!started[record.type]) {
-      if (!batch.Start(*record.edge, s.BatchGoesByRuns())) return false;
+      if (!batch.Start(record.edge, s.BatchGoesByRuns())) return false;
       if (is_one_type) batch.Reserve(static_cast<size_t>(s.num_landmark_edges));
       started[record.type] = true;
     }

@@ -16,17 +16,18 @@ class WeightedEdgeBatch {
  public:
   static constexpr int kRows = 2;
   static constexpr int kMostVertices = 6;  ///< of an edge
-  static constexpr int kMostColumns = 12;  ///< of all that Linearize gives of an edge together
+  static constexpr int kMostColumns = 24;  ///< of all that Linearize gives of an edge together
 
-  /// Makes it a batch for edges of this one's type; none is in it yet.
+  /// Makes it a batch for edges of this one's type; none is in it yet. Of a type without batches the edges go one by one into
+  /// the lanes, unless their Jacobians are numeric: `first` is linearized to see that.
   /// @return false if the type has no batches of this kind, or not two rows
-  bool Start(const Edge& first, bool relative);
+  bool Start(Edge* first, bool relative);
   /// Makes room for so many edges in all.
   void Reserve(size_t count) {
     capacity_ = count;
     batch_->Reserve(count);
   }
-  /// @return false unless W = w I
+  /// @return false unless W = w I, and its sizes are those of the first
   bool Add(const Edge& edge);
   int Size() const { return size_; }
 
@@ -76,6 +77,7 @@ class WeightedEdgeBatch {
     const auto* lanes = AsWide(r);
     *AsWide(s) = *AsWide(w) * (lanes[0] * lanes[0] + lanes[1] * lanes[1]);
   }
+  bool HasSizesOf(const Edge& edge) const;
   // CorrectLoss(s_k) of the edges from `first` on; in lanes without an edge it does not matter, as their w is 0.
   void WeighLosses(int first, const double* s, int count, double* weight, double* rank_one) const;
 
@@ -86,7 +88,7 @@ class WeightedEdgeBatch {
   std::vector<int> jacobian_begin_, block_begin_;
   int size_ = 0;
   size_t capacity_ = 0;
-  bool unweighted_ = false;
+  bool unweighted_ = false, goes_one_by_one_ = false;
   const LossFunction* common_loss_ = nullptr;  // of all edges, or null
 };
 
