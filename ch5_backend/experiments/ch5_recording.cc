@@ -94,9 +94,17 @@ void Warn(const ch5::RecordingWarnings& more, ch5::RecordingWarnings* warnings) 
   warnings->insert(warnings->end(), more.begin(), more.end());
 }
 
-// Lines that cannot be read, and keys that nobody reads.
-ch5::RecordingWarnings CheckFiles(const std::vector<ch5::LeftOut>& left_out, const std::vector<std::string>& keys) {
+// Lines that cannot be read, clocks that jump, and keys that nobody reads.
+ch5::RecordingWarnings CheckFiles(const std::vector<ch5::LeftOut>& left_out, const std::vector<ch5::ClockStep>& steps,
+                                  const std::vector<std::string>& keys) {
   ch5::RecordingWarnings warnings;
+  for (const ch5::ClockStep& step : steps) {
+    const double seconds = std::round(1e-9 * static_cast<double>(step.ns) + ch5::kClockPause);
+    warnings.push_back({"clock_jump", seconds, step.t,
+                        step.where + ": at " + Cell(step.t, 0, 1) + " s all clocks jump by " + Cell(seconds, 0, 0) +
+                            " s, set anew or after a pause: a new segment begins, and times leave the jump out",
+                        step.where});
+  }
   for (const ch5::LeftOut& lines : left_out) {
     warnings.push_back({"left_out", static_cast<double>(lines.count), ch5::kNoNumber,
                         lines.file + ": lines left out: " + std::to_string(lines.count) + ", the first: " + lines.first,
@@ -130,7 +138,7 @@ void Run(const Command& command) {
   settings.Restrict(&recording);
   ch5::RecordingWarnings warnings;
   const auto warn = [&warnings](const ch5::RecordingWarnings& more) { Warn(more, &warnings); };
-  warn(CheckFiles(left_out, extras.not_used));
+  warn(CheckFiles(left_out, recording.clock_steps, extras.not_used));
   warn(readings);
   warn(ch5::CheckNoise(&recording, &settings));
   const auto is_dead = [](const ch5::RecordingWarning& warning) { return warning.name == "gyroscope_dead"; };

@@ -6,6 +6,8 @@
 #include <limits>
 #include <set>
 
+#include "ch5_backend/math/median.h"
+
 namespace ch5 {
 namespace {
 
@@ -72,10 +74,52 @@ CsvReader::CsvReader(const std::string& path) : reader_(path) {
   }
   if (!twice.empty()) Fail("two columns are called " + twice + " (without units and frames)");
   const auto column = std::find(columns_.begin(), columns_.end(), "timestamp") - columns_.begin();
-  jumps_ = reader_.LinesOutOfOrder([&](std::string_view line) {
+  stamps_ = reader_.Stamps([&](std::string_view line) {
     for (auto k = column; k > 0; --k) line.remove_prefix(std::min(line.size(), line.find(separator_) + 1));
     return line.substr(0, line.find(separator_));
   });
+  jumps_ = LinesOutOfOrder(stamps_);
+}
+
+std::vector<ClockJump> CsvReader::ClockJumps() const {
+  constexpr double kPause = 60e9, kBack = -1e9;  // [ns]
+  constexpr size_t kShare = 100;                 // a run is no shorter than one of so many rows
+  const auto is_jump = [](double step) { return step > kPause || step < kBack; };
+  std::vector<ClockJump> jumps;
+  const LineStamp* last = nullptr;  // of the last run that is not short
+  for (size_t first = 0, end = 0; first < stamps_.size(); first = end) {
+    for (end = first + 1; end < stamps_.size() && !is_jump(stamps_[end].stamp - stamps_[end - 1].stamp);) ++end;
+    if (end - first < std::max<size_t>(2, stamps_.size() / kShare)) continue;
+    const double by = last ? stamps_[first].stamp - last->stamp : 0.0;
+    if (is_jump(by)) jumps.push_back({stamps_[first].line, 1e-9 * (last->stamp - stamps_[0].stamp), 1e-9 * by});
+    last = &stamps_[end - 1];
+  }
+  return jumps;
+}
+
+void CsvReader::TakeBack(std::vector<std::pair<int, int64_t>> jumps) {
+  taken_back_ = std::move(jumps);
+  for (LineStamp& stamp : stamps_) stamp.stamp -= static_cast<double>(TakenBackAt(stamp.line));
+  jumps_ = LinesOutOfOrder(stamps_);
+}
+
+int64_t CsvReader::TakenBackAt(int line) const {
+  int64_t sum = 0;
+  for (const auto& [first, ns] : taken_back_) sum += line >= first ? ns : 0;
+  return sum;
+}
+
+std::string CsvReader::UnitOfStamps(double rate) const {
+  constexpr double kNear = 2.0;
+  std::vector<double> steps;
+  for (size_t k = 1; k < stamps_.size(); ++k)
+    if (const double step = stamps_[k].stamp - stamps_[k - 1].stamp; step > 0.0) steps.push_back(step);
+  if (steps.empty()) return "";
+  const double seconds = 1.0 / (rate * Median(steps));  // what a step by one stands for
+  for (const auto& [unit, name] :
+       {std::pair(1e-9, "nanoseconds"), {1e-6, "microseconds"}, {1e-3, "milliseconds"}, {1.0, "seconds"}})
+    if (std::max(seconds / unit, unit / seconds) < kNear) return name;
+  return "";
 }
 
 bool CsvReader::Has(const std::string& column) const {
@@ -96,7 +140,8 @@ bool CsvReader::NextRow() {
 }
 
 int64_t CsvReader::Stamp(bool may_repeat) {
-  const int64_t stamp = reader_.ToInteger(Cell("timestamp"), "timestamp [ns]", 0, std::numeric_limits<int64_t>::max());
+  const int64_t stamp = reader_.ToInteger(Cell("timestamp"), "timestamp [ns]", 0, std::numeric_limits<int64_t>::max()) -
+                        TakenBackAt(reader_.Line());
   const bool is_repeated = stamp == last_stamp_ && !may_repeat;
   if (stamp > last_stamp_ && jumps_.count(reader_.Line()) > 0) {
     Fail("the timestamp jumps ahead of those in the rows below, got " + std::to_string(stamp));

@@ -18,6 +18,13 @@ namespace ch5 {
 /// Empty if ‖q‖ = 1 within 1e-3, else what is wrong. Six printed digits give 1e-5; a larger error means another column.
 std::string WhyNotUnit(const Qd& q);
 
+/// Where the stamps jump, and go on from there: a clock that is set, or a recorder that pauses.
+struct ClockJump {
+  int line;       ///< the first behind it
+  double before;  ///< from the table's first stamp to the last one before it [s]
+  double by;      ///< [s], negative if the clock is set back
+};
+
 class CsvReader {
  public:
   /// @throws FileError if it cannot be read, or the first line names no columns, no timestamp [ns], one column twice, or a unit
@@ -30,6 +37,13 @@ class CsvReader {
   bool NextRow();
   /// Whether the row is the file's last line, which has no end: it may be cut in its last number.
   bool EndsInRow() const { return reader_.EndsInLine(); }
+  /// Jumps by a minute and more, or back by a second and more, between runs of rows none of which is short.
+  std::vector<ClockJump> ClockJumps() const;
+  /// From each of these lines on, stamps are taken for so many nanoseconds less, and those of the lines before too.
+  void TakeBack(std::vector<std::pair<int, int64_t>> jumps);
+  /// The unit that the stamps are in, if there are about `rate` of them a second: nanoseconds, microseconds, milliseconds or
+  /// seconds; empty if it is none of these. Rows of one stamp are one.
+  std::string UnitOfStamps(double rate) const;
   /// The row's time stamp [ns].  @throws FileError unless it is a whole number, in order with those of the other rows
   int64_t Stamp(bool may_repeat = false);
   std::string_view Cell(const std::string& column) const;
@@ -45,11 +59,15 @@ class CsvReader {
   [[noreturn]] void Fail(const std::string& message) const { reader_.Fail(message); }
 
  private:
+  int64_t TakenBackAt(int line) const;
+
   TextReader reader_;
   char separator_ = ',';
   std::vector<std::string> columns_;
   std::vector<std::string_view> cells_;
-  std::set<int> jumps_;  // lines whose stamps are out of order
+  std::vector<LineStamp> stamps_;
+  std::set<int> jumps_;                              // lines whose stamps are out of order
+  std::vector<std::pair<int, int64_t>> taken_back_;  // see TakeBack
   int64_t last_stamp_ = -1;
 };
 

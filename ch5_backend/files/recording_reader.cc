@@ -16,8 +16,14 @@ namespace {
 // The time of a row from the first IMU measurement [s], which it must be near.
 double TimeOf(const CsvReader& csv, int64_t stamp, const Recording& recording) {
   if (std::abs(stamp - recording.origin_ns) > kLongestRecordingNs) {
+    std::string unit;
+    for (const auto& [factor, name] : {std::pair(1e3, "microseconds"), {1e6, "milliseconds"}, {1e9, "seconds"}}) {
+      const double off = factor * static_cast<double>(stamp) - static_cast<double>(recording.origin_ns);
+      if (std::abs(off) < static_cast<double>(kLongestRecordingNs)) unit = name;
+    }
     csv.Fail("the timestamp is more than ten days from the first IMU measurement, got " + std::to_string(stamp) +
-             " against " + std::to_string(recording.origin_ns));
+             " against " + std::to_string(recording.origin_ns) +
+             (unit.empty() ? "" : "; it looks like " + unit + ", and must be in nanoseconds"));
   }
   return SecondsAt(stamp, recording.origin_ns);
 }
@@ -29,8 +35,48 @@ bool NextRow(CsvReader* csv) {
   return true;
 }
 
-void ReadImu(const std::string& path, Recording* recording, std::vector<LeftOut>* left_out, std::vector<int>* lines) {
-  CsvReader csv(path);
+// Stamps in another unit, by their number a second.
+void RequireNanoseconds(const CsvReader& csv, const std::string& sensor, double rate) {
+  const std::string unit = csv.UnitOfStamps(rate);
+  if (unit.empty() || unit == "nanoseconds") return;
+  csv.Fail("the timestamps are in " + unit + " if there are as many a second as " + sensor +
+           ".rate_hz says; they must be in nanoseconds");
+}
+
+bool JumpTogether(const std::vector<ClockJump>& a, const std::vector<ClockJump>& b) {
+  constexpr double kSame = 5.0;  // [s]; the pause, and an image's period
+  const auto is_same = [](const ClockJump& x, const ClockJump& y) { return std::abs(x.by - y.by) < kSame; };
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), is_same);
+}
+
+// Jumps of all clocks together are taken back but for a pause, after which an estimator begins anew.
+// @return whether the truth's clock jumps too
+bool TakeBackJumps(const std::string& path, CsvReader* imu, CsvReader* tracks, CsvReader* truth, Recording* recording) {
+  const std::vector<ClockJump> of_imu = imu->ClockJumps(), of_tracks = tracks->ClockJumps();
+  if (of_imu.empty() || !JumpTogether(of_imu, of_tracks)) return false;
+  std::vector<ClockJump> of_truth;
+  if (truth) of_truth = truth->ClockJumps();
+  std::vector<std::pair<int, int64_t>> imu_lines, track_lines, truth_lines;
+  double taken_back = 0.0;
+  for (size_t k = 0; k < of_imu.size(); ++k) {
+    const int64_t ns = std::llround(1e9 * (of_imu[k].by - kClockPause));
+    recording->clock_steps.push_back(
+        {of_imu[k].before - taken_back + 0.5 * kClockPause, ns, path + ":" + std::to_string(of_imu[k].line)});
+    taken_back += 1e-9 * static_cast<double>(ns);
+    imu_lines.emplace_back(of_imu[k].line, ns);
+    track_lines.emplace_back(of_tracks[k].line, ns);
+    if (truth && JumpTogether(of_imu, of_truth)) truth_lines.emplace_back(of_truth[k].line, ns);
+  }
+  imu->TakeBack(imu_lines);
+  tracks->TakeBack(track_lines);
+  if (truth) truth->TakeBack(truth_lines);
+  return !truth_lines.empty();
+}
+
+void ReadImu(CsvReader* table, const std::string& path, Recording* recording, std::vector<LeftOut>* left_out,
+             std::vector<int>* lines) {
+  CsvReader& csv = *table;
+  RequireNanoseconds(csv, "imu", recording->calibration.imu_rate);
   ReadEach(path, left_out, [&] {
     if (!NextRow(&csv)) return false;
     const int64_t stamp = csv.Stamp();
@@ -42,8 +88,9 @@ void ReadImu(const std::string& path, Recording* recording, std::vector<LeftOut>
   if (const std::string why = WhyNotInUnits(recording->imu, recording->calibration); !why.empty()) csv.Fail(why);
 }
 
-void ReadTracks(const std::string& path, Recording* recording, std::vector<LeftOut>* left_out) {
-  CsvReader csv(path);
+void ReadTracks(CsvReader* table, const std::string& path, Recording* recording, std::vector<LeftOut>* left_out) {
+  CsvReader& csv = *table;
+  RequireNanoseconds(csv, "camera", recording->calibration.camera_rate);
   std::set<std::pair<int, int>> seen;  // of the current image: camera and id
   const bool has_camera = csv.Has("camera");
   ReadEach(path, left_out, [&] {
@@ -80,8 +127,8 @@ void ReadTracks(const std::string& path, Recording* recording, std::vector<LeftO
   }
 }
 
-void ReadTruth(const std::string& path, Recording* recording, std::vector<LeftOut>* left_out) {
-  CsvReader csv(path);
+void ReadTruth(CsvReader* table, const std::string& path, Recording* recording, std::vector<LeftOut>* left_out) {
+  CsvReader& csv = *table;
   const bool has_velocity = csv.Has("v_x"), has_biases = csv.Has("bg_x") || csv.Has("ba_x");
   ReadEach(path, left_out, [&] {
     if (!NextRow(&csv)) return false;
@@ -214,10 +261,10 @@ bool IsTum(const std::string& path) {
 std::vector<StampedState> ReadTum(const std::string& path, int64_t origin_ns, std::vector<LeftOut>* left_out) {
   constexpr const char* kNames[] = {"timestamp [s]", "tx", "ty", "tz", "qx", "qy", "qz", "qw"};
   TextReader reader(path);
-  const std::set<int> jumps = reader.LinesOutOfOrder([](std::string_view line) {
+  const std::set<int> jumps = LinesOutOfOrder(reader.Stamps([](std::string_view line) {
     const auto words = Words(line);
     return words.empty() || words[0][0] == '#' ? std::string_view() : words[0];
-  });
+  }));
   std::vector<StampedState> states;
   ReadEach(path, left_out, [&] {
     const auto line = reader.ReadLine();
@@ -296,19 +343,30 @@ Recording ReadRecording(const std::filesystem::path& folder, std::vector<LeftOut
                         std::vector<int>* imu_lines) {
   Recording recording;
   recording.calibration = ReadCalibration(folder / "calibration.yaml");
-  ReadImu((folder / "imu.csv").string(), &recording, left_out, imu_lines);
-  ReadTracks((folder / "tracks.csv").string(), &recording, left_out);
-  for (const char* name : {"groundtruth.csv", "groundtruth.txt"}) {
-    const std::filesystem::path truth = folder / name;
-    if (!std::filesystem::exists(std::filesystem::symlink_status(truth))) continue;  // a link to nothing is an error
-    if (IsTum(truth.string())) {
-      recording.truth = ReadTum(truth.string(), recording.origin_ns, left_out);
-    } else {
-      ReadTruth(truth.string(), &recording, left_out);
-    }
-    CheckTruth(truth.string(), recording);
-    break;
+  const std::string imu_path = (folder / "imu.csv").string(), tracks_path = (folder / "tracks.csv").string();
+  CsvReader imu(imu_path), tracks(tracks_path);
+  std::string truth_path;
+  for (const char* name : {"groundtruth.txt", "groundtruth.csv"}) {  // a link to nothing is an error
+    if (std::filesystem::exists(std::filesystem::symlink_status(folder / name))) truth_path = (folder / name).string();
   }
+  const bool is_tum = !truth_path.empty() && IsTum(truth_path);
+  std::optional<CsvReader> truth;
+  if (!truth_path.empty() && !is_tum) truth.emplace(truth_path);
+  const bool truth_jumps = left_out && TakeBackJumps(imu_path, &imu, &tracks, truth ? &*truth : nullptr, &recording);
+  ReadImu(&imu, imu_path, &recording, left_out, imu_lines);
+  ReadTracks(&tracks, tracks_path, &recording, left_out);
+  if (is_tum) recording.truth = ReadTum(truth_path, recording.origin_ns, left_out);
+  if (truth) ReadTruth(&*truth, truth_path, &recording, left_out);
+  if (!recording.clock_steps.empty() && !truth_path.empty() && !truth_jumps) {
+    const auto later = std::find_if(recording.truth.begin(), recording.truth.end(),
+                                    [&](const StampedState& state) { return state.t > recording.clock_steps[0].t; });
+    const auto count = static_cast<int>(recording.truth.end() - later);
+    if (count > 0)
+      left_out->push_back(
+          {truth_path, count, "its clock does not jump with the others in " + recording.clock_steps[0].where});
+    recording.truth.erase(later, recording.truth.end());
+  }
+  if (!truth_path.empty()) CheckTruth(truth_path, recording);
   return recording;
 }
 

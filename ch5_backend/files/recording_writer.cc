@@ -55,7 +55,7 @@ std::string FormatCalibration(const Calibration& c) {
 std::string FormatImu(const Recording& recording) {
   std::string text = "#timestamp [ns],w_x [rad/s],w_y,w_z,a_x [m/s^2],a_y,a_z\n";
   for (const auto& [t, a, w] : recording.imu) {
-    text += std::to_string(NanosecondsAt(t, recording.origin_ns)) + ',';
+    text += std::to_string(NanosecondsAt(t, recording.OriginAt(t))) + ',';
     for (const double x : {w.x(), w.y(), w.z(), a.x(), a.y(), a.z()}) AppendNumber(x, ',', &text);
     text.back() = '\n';
   }
@@ -67,7 +67,7 @@ std::string FormatTracks(const Recording& recording) {
   std::string text = "#timestamp [ns],track_id,x [normalized],y [normalized]";
   text += has_two ? ",camera\n" : "\n";
   for (const Image& frame : recording.images) {
-    const std::string stamp = std::to_string(NanosecondsAt(frame.t, recording.origin_ns)) + ',';
+    const std::string stamp = std::to_string(NanosecondsAt(frame.t, recording.OriginAt(frame.t))) + ',';
     const auto add = [&](const std::vector<TrackedPoint>& tracks, const char* end) {
       for (const TrackedPoint& track : tracks) {
         text += stamp;

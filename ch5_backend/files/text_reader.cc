@@ -159,6 +159,16 @@ std::vector<bool> OutOfOrder(const std::vector<double>& stamps) {
   return is_out;
 }
 
+std::set<int> LinesOutOfOrder(const std::vector<LineStamp>& stamps) {
+  std::vector<double> all;
+  for (const LineStamp& line : stamps) all.push_back(line.stamp);
+  const std::vector<bool> is_out = OutOfOrder(all);
+  std::set<int> out;
+  for (size_t k = 0; k < stamps.size(); ++k)
+    if (is_out[k]) out.insert(stamps[k].line);
+  return out;
+}
+
 std::optional<std::string_view> TextReader::ReadLine() {
   if (in_line_ && next_ != end_) {  // over the end of the line before
     ++next_;

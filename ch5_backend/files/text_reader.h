@@ -59,6 +59,13 @@ void ReadEach(const std::string& file, std::vector<LeftOut>* left_out, const Rea
 /// wrong itself, not all those after it. Of two that are as long, the one whose missing stamps come later.
 std::vector<bool> OutOfOrder(const std::vector<double>& stamps);
 
+struct LineStamp {
+  int line;
+  double stamp;
+};
+/// The lines of those that are OutOfOrder.
+std::set<int> LinesOutOfOrder(const std::vector<LineStamp>& stamps);
+
 class TextReader {
  public:
   /// Reads the whole file into memory.
@@ -91,26 +98,19 @@ class TextReader {
   /// The next line without its end (LF or CR LF); nullopt at the end of the file. For files that are read by lines only.
   std::optional<std::string_view> ReadLine();
 
-  /// Of the lines that are left, those whose stamps are out of order; they are read again afterwards.
-  /// @param stamp_of  a line's stamp as it stands there; a line without one is in order
+  /// The stamps of the lines that are left, as they stand there; these are read again afterwards.
+  /// @param stamp_of  a line's stamp; a line without one is passed over
   template <typename StampOf>
-  std::set<int> LinesOutOfOrder(const StampOf& stamp_of) {
+  std::vector<LineStamp> Stamps(const StampOf& stamp_of) {
     const auto here = std::tuple(next_, line_, in_line_);
-    std::vector<double> stamps;
-    std::vector<int> lines;
+    std::vector<LineStamp> stamps;
     while (const auto line = ReadLine()) {
       double stamp = std::numeric_limits<double>::quiet_NaN();
       ParseDouble(Trim(stamp_of(*line)), &stamp);
-      if (stamp != stamp) continue;
-      stamps.push_back(stamp);
-      lines.push_back(line_);
+      if (stamp == stamp) stamps.push_back({line_, stamp});
     }
     std::tie(next_, line_, in_line_) = here;
-    const std::vector<bool> is_out = OutOfOrder(stamps);
-    std::set<int> out;
-    for (size_t k = 0; k < lines.size(); ++k)
-      if (is_out[k]) out.insert(lines[k]);
-    return out;
+    return stamps;
   }
 
   /// Whether the line read last is cut off: the file ends in it, without a line's end.

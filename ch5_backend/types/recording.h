@@ -48,12 +48,29 @@ struct Calibration : Camera {
   void Validate() const;
 };
 
+/// The recorder's clocks jumped together, when they were set or while nothing was recorded; times `t` leave the jump out, but
+/// for a pause.
+inline constexpr double kClockPause = 2.0;  // [s]
+struct ClockStep {
+  double t;           ///< within the pause that is left, which no estimator bridges
+  int64_t ns;         ///< by so much more the stamps behind it are later than the times tell
+  std::string where;  ///< file and line, for messages
+};
+
 struct Recording {
   int64_t origin_ns = 0;  ///< the recorder's time stamp at t = 0
+  std::vector<ClockStep> clock_steps;
   Calibration calibration;
   std::vector<ImuMeasurement> imu;  ///< strictly increasing in time
   std::vector<Image> images;        ///< likewise
   std::vector<StampedState> truth;  ///< likewise; empty if unknown
+
+  /// Of the times about t: the recorder's stamp is so many nanoseconds later.
+  int64_t OriginAt(double t) const {
+    int64_t origin = origin_ns;
+    for (const ClockStep& step : clock_steps) origin += t > step.t ? step.ns : 0;
+    return origin;
+  }
 };
 
 /// Ten days: so far from the origin, doubles in seconds still resolve nanoseconds (10 d · 2⁻⁵³ < ½ ns).

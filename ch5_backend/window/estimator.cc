@@ -103,12 +103,15 @@ void Estimator::AddImu(const ImuMeasurement& measurement) {
   standstill_detector_.AddImu(measurement);
 }
 
-// Without images the measurements would fill the memory. No image uses measurements from before the longest preintegration.
+// Without images the measurements would fill the memory. No image uses measurements from before the longest preintegration;
+// but one may still come that is from before a pause of the recorder, so the newest of all are kept.
 void Estimator::ForgetOldMeasurements() {
   constexpr double kKept = 60.0;
+  constexpr size_t kFewest = 1000;
   const double kept = std::max(kKept, 2.0 * options_.weights.max_imu_seconds);
-  if (imu_.back().t - imu_.front().t <= 2.0 * kept) return;  // seldom, as it moves the rest
-  forgotten_until_ = imu_.back().t - kept;
+  if (imu_.size() < 2 * kFewest || imu_.back().t - imu_.front().t <= 2.0 * kept)
+    return;  // seldom, as it moves the rest
+  forgotten_until_ = std::min(imu_.back().t - kept, imu_[imu_.size() - kFewest].t);
   imu_.erase(imu_.begin(), std::find_if(imu_.begin(), imu_.end(),
                                         [&](const auto& measurement) { return measurement.t >= forgotten_until_; }));
 }

@@ -204,6 +204,35 @@ class RecordingApp(AppTest):
         self.assertNotIn("found no start", page)
         self.assertTrue((self.out / "figures" / "odometry_film_okvis.png").exists())
 
+    def test_clocks_that_jump_together_begin_a_segment(self):
+        """Set by an hour or by years, back too, or after a pause: both parts are followed, and files keep the stamps."""
+        recording = self.simulate(16)
+        names = ("imu.csv", "tracks.csv", "groundtruth.csv")
+        for name in names:
+            edit(recording / name, lambda rows: [later(row, 1e9) for row in rows])
+        tables = {name: (recording / name).read_text() for name in names}
+        first = int(tables["imu.csv"].splitlines()[1].split(",")[0])
+        for hours in (200000, -1, 1):
+            for name, text in tables.items():
+                (recording / name).write_text(text)
+                edit(recording / name, lambda rows: [later(row, 3600 * hours * (int(row[0]) > first + 8e9)) for row in rows])
+            done = self.program(recording, "--out", self.out)
+            self.assertIn(f"imu.csv:1603: at 9.0 s all clocks jump by {3600 * hours} s", done.stderr)
+            warnings = table(self.out / "csv" / "odometry_warnings.csv")
+            self.assertEqual([row["warning"] for row in warnings], ["clock_jump"])
+            for row in table(self.out / "csv" / "odometry_policies.csv"):
+                self.assertEqual(row["restarts"], "1")
+                self.assertGreater(int(row["frames"]), 200)
+                self.assertLess(float(row["ate_m"]), 0.2)
+            stamps = {row.split(",")[0] for row in (recording / "tracks.csv").read_text().splitlines()}
+            segment = (self.out / "vins_1.csv").read_text().splitlines()[1:]
+            self.assertLessEqual({row.split(",")[0] for row in segment}, stamps)
+        (recording / "groundtruth.csv").write_text(tables["groundtruth.csv"])
+        self.assertIn("its clock does not jump with the others", self.program(recording, "--out", self.out).stderr)
+        edit(recording / "tracks.csv", lambda rows: [later(row, -3600 * (int(row[0]) > first + 8.1e9)) for row in rows])
+        done = self.program(recording, "--out", self.out)  # now the IMU's alone: what comes before is followed
+        self.assertEqual([row["restarts"] for row in table(self.out / "csv" / "odometry_policies.csv")], ["1", "1"], done.stderr)
+
     def test_a_truth_of_another_time_is_named(self):
         recording = self.simulate()
         edit(recording / "groundtruth.csv", lambda rows: [later(row, 3600) for row in rows])

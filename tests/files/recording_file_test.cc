@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <regex>
 #include <sstream>
 
 #include "ch5_backend/files/tables/text_writer.h"
@@ -260,9 +261,22 @@ TEST_F(RecordingFile, OtherUnitsAreNoticed) {
   recording_.images.resize(1);
   recording_.truth.clear();
   WriteRecording(recording_, folder_);
-  EXPECT_NE(Message().find("the timestamps tell of 200000 measurements a second, the calibration of 200"),
-            std::string::npos)
+  EXPECT_EQ(
+      Message().find("imu.csv:1: the timestamps are in microseconds if there are as many a second as imu.rate_hz"), 0u)
       << Message();
+}
+
+TEST_F(RecordingFile, StampsOfOneFileInAnotherUnitAreNamed) {
+  const std::regex stamp("\\n(\\d+)\\d{3},");
+  const std::string of_rate = "the timestamps are in microseconds if there are as many a second as ";
+  for (const auto& [name, says] : {std::pair<std::string, std::string>{"imu.csv", of_rate + "imu.rate_hz"},
+                                   {"tracks.csv", of_rate + "camera.rate_hz"},
+                                   {"groundtruth.csv", "; it looks like microseconds, and must be in nanoseconds"}}) {
+    const std::string text = Read(name);
+    Write(name, std::regex_replace(text, stamp, "\n$1,"));
+    EXPECT_NE(Message().find(says), std::string::npos) << Message();
+    Write(name, text);
+  }
 }
 
 // As spreadsheets, OpenCV and people write it.

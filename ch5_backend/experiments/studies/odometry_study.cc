@@ -232,8 +232,9 @@ void WriteOdometryTrajectories(const OdometryStudy& study, const std::filesystem
     }
     for (const auto& [id, states] : segments) {
       const std::string name = run.policy + (id > 0 ? "_" + std::to_string(id) : "");
-      files.Add(out / (name + ".tum"), FormatTum(states, study.recording.origin_ns));
-      files.Add(out / (name + ".csv"), FormatEuroc(states, study.recording.origin_ns));
+      const int64_t origin = study.recording.OriginAt(states.empty() ? 0.0 : states.front().t);
+      files.Add(out / (name + ".tum"), FormatTum(states, origin));
+      files.Add(out / (name + ".csv"), FormatEuroc(states, origin));
       names.insert(name);
     }
   }
