@@ -253,7 +253,7 @@ class Lab(LabCase):
                 raise
             self.skipTest(str(error))
         for state in (*(f"panel={panel}" for panel in PANELS), "panel=steps&stop=judge", "panel=marginalize&system=chain&drop=1",
-                      "panel=solve&task=gauge", "panel=solve&beside=weight%3D100", "panel=solve&weight=x"):
+                      "panel=solve&task=gauge", "task=beat", "panel=solve&beside=weight%3D100", "panel=solve&weight=x"):
             for language in ("en", "zh"):
                 for dark in (False, True):
                     self.page.show_as(1280, 800, dark)

@@ -89,7 +89,10 @@ function draw(answer, values, other, beside, begin) {
   const veiled = isVeiled(), task = taskNow();
   const place = (box, a, settings, setter) => {
     const drawings = DRAW[state.panel](a, settings, setter).filter(Boolean);
-    box.replaceChildren(...drawings.filter(one => !veiled || task.keep.includes(one.dataset.key)));
+    const isShown = one => !task || (veiled ? task.keep : task.picture).includes(one.dataset.key);
+    const rank = one => task?.picture.indexOf(one.dataset.key);
+    box.replaceChildren(...drawings.filter(isShown).sort((one, other) => task ? rank(one) - rank(other) : 0));
+    if (task && !veiled) box.append(fold(drawings.filter(one => !isShown(one))));
   };
   place(part("pictures"), answer, values, set);
   part("beside").hidden = !other;
@@ -106,6 +109,13 @@ function draw(answer, values, other, beside, begin) {
   if (focused && part(focused)) part(focused).focus({preventScroll: true});
   part("status").textContent = part("pictures").ariaBusy === "true" ? text("flying")
     : say("time", {all: (performance.now() - begin).toFixed(0)});
+}
+
+// What a task does not need.
+function fold(drawings) {
+  const toggle = event => { state.isUnfolded = event.target.open; };
+  return element("details", {class: "wide", open: state.isUnfolded, toggle}, element("summary", {}, text("other.pictures")),
+    element("div", {class: "pictures", "data-panel": state.panel}, ...drawings));
 }
 
 // What is only to be looked at keeps its place, but no name that another bears.
@@ -126,6 +136,7 @@ function differences(values, others) {
 }
 
 function build() {
+  const task = taskNow();
   document.documentElement.lang = state.language === "zh" ? "zh-Hans" : "en";
   document.title = text("title");
   document.querySelectorAll("[data-text]").forEach(node => { node.textContent = text(node.dataset.text); });
@@ -140,7 +151,11 @@ function build() {
   part("pictures").dataset.panel = part("beside").dataset.panel = state.panel;
   part("panel").setAttribute("aria-labelledby", `tab-${state.panel}`);
   part("words").textContent = text(`words.${state.panel}`);
-  part("controls").replaceChildren(...shown.map(one => control(one, change)));
+  part("controls").replaceChildren(...shown.filter(one => one.name !== task?.control).map(one => control(one, change)));
+  part("task-control").replaceChildren(...shown.filter(one => one.name === task?.control && !isVeiled()).map(one => control(one, change)));
+  part("others").open = !task;
+  state.isUnfolded = false;
+  document.body.classList.toggle("tasking", Boolean(task));
   part("compare").setAttribute("aria-pressed", String(Boolean(state.beside)));
   part("help-words").replaceChildren(...text("help.words").split("\n").map(one => element("li", {}, one)));
   tellIgnored();

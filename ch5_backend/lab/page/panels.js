@@ -9,7 +9,7 @@ function told(key, title, M, variables, {rest, id = `matrix-${key}`, ...options}
   const box = figure(key, title, words), line = box.lastChild;
   const tell = (row, column) => {
     const [a, b] = row < 0 ? [] : [row, column].map(at => variables[variableAt(variables, at)]);
-    light(box.closest(".pictures") || box, [a, b]);
+    light(box.closest("#beside, #pictures") || box, [a, b]);
     const pair = a && b ? `${name(a)} × ${name(b)}: ` : "";
     line.textContent = row < 0 ? words : `${pair}(${row}, ${column}) = ${short(M.values[row * M.cols + column])}`;
   };
@@ -96,7 +96,7 @@ function observations(a, values, set) {
   const words = text("observations.words"), box = figure("observations", text("observations"), words, canvas);
   box.lastChild.setAttribute("aria-live", "polite");
   const tell = (row, k) => {
-    light(box.closest(".pictures") || box, row < 0 ? [] : [{kind: "pose", number: row + 1}, {kind: "landmark", number: k}]);
+    light(box.closest("#beside, #pictures") || box, row < 0 ? [] : [{kind: "pose", number: row + 1}, {kind: "landmark", number: k}]);
     const value = row < 0 ? null : at(row + 1, k);
     box.lastChild.textContent = row < 0 ? words : say(value === null ? "observation.out" : "observation.in",
       {landmark: k, frame: row + 1, residual: short(value)});
@@ -207,7 +207,7 @@ function drawSteps(a, values, set) {
   const heads = ["iteration", "lambda", "cost.before", "predicted", "actual", "gain", "verdict"].map(text);
   const numbers = stepFormulas(a, values);
   return [
-    element("div", {class: "wide"}, element("div", {class: "row"}, button("back", -1, a.trial === 0 && at === 0),
+    element("div", {class: "wide", "data-key": "loop"}, element("div", {class: "row"}, button("back", -1, a.trial === 0 && at === 0),
       button("forward", 1, a.trial === a.trials.length - 1 && at === STOPS.length - 1),
       element("strong", {}, say("trial.words", {trial: a.trial + 1, trials: a.trials.length, iteration: row.iteration}))),
     element("div", {class: "row", role: "group", "aria-label": text("stops")}, ...stops),

@@ -40,21 +40,25 @@ function drawTasks() {
       click: () => openTask(one === task ? "" : one.id)}, `${i + 1}${done ? " ✓" : ""}`);
   }));
   part("task").hidden = !task;
-  if (!task) return part("task").replaceChildren();
+  if (!task) return;
   const guess = kept.guesses[task.id], next = CHALLENGES[(CHALLENGES.indexOf(task) + 1) % CHALLENGES.length];
   const options = task.options.map((option, i) => element("button", {type: "button", id: `option-${i}`,
     "aria-pressed": String(i === guess), disabled: guess !== undefined && i !== guess, click: () => predict(task, i)},
   optionText(task, option)));
-  part("task").replaceChildren(
+  part("task").classList.toggle("guessed", guess !== undefined);
+  part("task-goal").replaceChildren(
     element("h3", {}, `${CHALLENGES.indexOf(task) + 1}. ${text(`task.${task.id}`)}`),
-    element("p", {}, ...rich(`task.${task.id}.predict`)),
-    element("div", {class: "row", role: "group", "aria-label": text("task.predict")}, ...options),
+    element("p", {class: "asked"}, ...rich(`task.${task.id}.predict`)),
+    element("div", {class: "row asked", role: "group", "aria-label": text("task.predict")}, ...options),
     element("p", {id: "predicted", role: "status"}),
-    guess === undefined ? "" : element("p", {}, ...rich(`task.${task.id}.do`)),
+    guess === undefined ? "" : element("p", {id: "task-do"}, ...rich(`task.${task.id}.do`)));
+  part("task-end").replaceChildren(
     element("p", {id: "verdict", role: "status"}),
+    element("progress", {id: "task-way", max: 1, value: 0, hidden: guess === undefined, "aria-label": text("task.way")}),
     element("div", {class: "row"},
       element("button", {type: "button", id: "task-again", click: () => forget(task)}, text("task.again")),
-      element("button", {type: "button", id: "task-next", click: () => openTask(next.id)}, text("task.next"))));
+      element("button", {type: "button", id: "task-next", click: () => openTask(next.id)}, text("task.next")),
+      element("button", {type: "button", id: "task-leave", click: () => openTask("")}, text("task.leave"))));
   if (guess !== undefined) tellPrediction(task, guess);
 }
 
@@ -63,7 +67,7 @@ function predict(task, guess) {
   kept.guesses[task.id] = guess;
   keep();
   build();
-  part(`option-${guess}`).focus();
+  (part(`option-${guess}`).checkVisibility() ? part(`option-${guess}`) : part("task")).focus();
 }
 
 function forget(task) {
@@ -85,7 +89,7 @@ async function tellPrediction(task, guess) {
 async function judge(answer, values) {
   const task = taskNow();
   if (!task || isVeiled()) return;
-  const number = task.number && await task.number(answer, asker(task));
+  const number = await task.number(answer, asker(task), values);
   const solved = await task.solved(answer, values, asker(task), number);
   if (taskNow() !== task || values !== state.values || !part("verdict")) return;
   const isNew = solved && !kept.solved.includes(task.id);
@@ -96,6 +100,8 @@ async function judge(answer, values) {
   }
   const isDone = kept.solved.includes(task.id);
   part("verdict").className = isDone ? "good" : "soft";
-  const far = number ? [" ", say("task.number", {name: text(`task.${task.id}.number`), now: short(number[0]), goal: short(number[1])})] : [];
-  part("verdict").replaceChildren(...(isDone ? [text("task.solved"), " ", ...rich(`task.${task.id}.why`)] : [text("task.open"), ...far]));
+  const [now, goal, way = Math.min(now / goal, goal / now)] = number;
+  part("task-way").value = isDone ? 1 : way || 0;
+  part("verdict").replaceChildren(...(isDone ? [text("task.solved"), " ", ...rich(`task.${task.id}.why`)]
+    : [text("task.open"), " ", say("task.number", {name: text(`task.${task.id}.number`), now: short(now), goal: short(goal)})]));
 }
