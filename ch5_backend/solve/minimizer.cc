@@ -60,7 +60,8 @@ class Run {
         return Stop(Termination::kMaxIterations, "after ", iteration, " iterations");
       }
       if (!has_hessian_) system_->MakeHessian();
-      info_.gradient_max = system_->RightHandSide().cwiseAbs().maxCoeff();
+      const VecX& b = system_->RightHandSide();
+      info_.gradient_max = b.allFinite() ? b.cwiseAbs().maxCoeff() : NAN;  // maxCoeff may pass over a NaN
       if (iteration == 0) {
         first_gradient_max_ = info_.gradient_max;
         Report(0);

@@ -67,6 +67,12 @@ TEST(StopRules, EachEndsTheRunWhereItShould) {
             8, [](auto* o) { o->max_iterations = 1; });
   ScriptedSystem weightless = OneUnknown(0.0, 0.0, {1});
   ExpectStop(Minimize(&weightless), Termination::kNothingToOptimize, false);
+  for (int i = 0; i < 9; ++i) {  // wherever among others
+    VecX b = VecX::Constant(9, 6.0);
+    b[i] = NAN;
+    ScriptedSystem no_number(MatXX::Identity(9, 9), b, {10, 8});
+    ExpectStop(Minimize(&no_number), Termination::kNotFinite, false);
+  }
   ScriptedSystem bad_cost = OneUnknown(4.0, 6.0, {NAN});
   ExpectStop(Minimize(&bad_cost), Termination::kNotFinite, false);
 }
