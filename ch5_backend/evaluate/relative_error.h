@@ -26,4 +26,21 @@ struct RelativeError {
 std::optional<RelativeError> CompareMotions(const std::vector<StampedState>& estimate,
                                             const std::vector<StampedState>& truth, double seconds = 1.0);
 
+/// What the errors are after pieces of the path of one length, from every state on: each piece is laid upon the truth, in
+/// position and yaw, at its beginning, and compared at its end.
+struct LengthErrors {
+  double share = 0.0, length = 0.0;   ///< of the truth's path [1], [m]
+  std::vector<double> position, yaw;  ///< one for each piece, ascending [m], [rad]
+};
+
+/// @param segments  whose world frames have nothing to do with each other, so that no piece spans two of them
+/// @param shares    of the truth's path along all segments
+/// @return          one for each share, without errors where no segment is so long; none if nothing can be compared
+/// Source: Zhang & Scaramuzza, IROS 2018, §V.B; Geiger, Lenz, Urtasun, CVPR 2012.
+std::vector<LengthErrors> ErrorsOverLengths(const std::vector<std::vector<StampedState>>& segments,
+                                            const std::vector<StampedState>& truth, const std::vector<double>& shares);
+
+/// @param sorted  ascending;  @param q  0 … 1;  @return NaN if there is none
+double QuantileOfSorted(const std::vector<double>& sorted, double q);
+
 }  // namespace ch5

@@ -79,45 +79,48 @@ def draw_own(directory):
 
 
 def cases_table(say):
-    """Every case, a row each."""
-    rows = []
+    """Every case, a row each, those of a policy together."""
+    blocks = {}
     for row in KEPT("consistency_summary").rows():
-        words = (NAMES[row["policy"]], *(say(f"consistency.{row[key]}") for key in ("observations", "hosts", "mode")))
-        rows.append((say("list").join(words), f"{row['nees_pose']:.1f} ± {row['nees_pose_error']:.1f}", style.percent(row["pose_inside"]),
-                     f"{row['nees_yaw']:.2f} ± {row['nees_yaw_error']:.2f}", style.percent(row["yaw_inside"]),
-                     f"{row['yaw_information_gain']:.2f}", f"{row['position_rmse_m']:.3f}"))
-    head = ("case", "nees_pose", "inside", "nees_yaw", "inside", "gain", "position")
-    return page.table([say(f"consistency.{name}") for name in head], rows)
+        words = (say(f"consistency.{row[key]}") for key in ("observations", "hosts", "mode"))
+        blocks.setdefault(NAMES[row["policy"]], []).append(
+            (*words, f"{row['nees_pose']:.1f} ± {row['nees_pose_error']:.1f}", style.percent(row["pose_inside"]),
+             f"{row['nees_yaw']:.2f} ± {row['nees_yaw_error']:.2f}", style.percent(row["yaw_inside"]),
+             f"{row['yaw_information_gain']:.2f}", f"{row['position_rmse_m']:.3f}"))
+    corners, quantities = ("observations", "host", "mode"), ("nees_pose", "inside", "nees_yaw", "inside", "gain", "position")
+    return page.crossed([say(f"consistency.{name}") for name in corners], [(say(f"consistency.{name}"), ()) for name in quantities],
+                        list(blocks.items()))
 
 
 def hosts_table(say):
-    """Recordings with hosts exact, with and without the loss, and noisy."""
-    rows = [(say("list").join((say(f"recording.{row['recording']}"), NAMES[row["policy"]], say(f"consistency.{row['hosts']}"))), f"{row['images']:.0f}",
-             f"{row['restarts']:.0f}", f"{row['ate_m']:.3f}", f"{100 * row['scale_error']:+.1f}".replace("-", "−"),
-             f"{row['rotation_error_deg']:.2f}") for row in KEPT("host_noise").rows()]
-    head = [say("consistency.recording"), say("images"), say("restarts"), "ATE [m]", say("scale_error"), say("consistency.rotation")]
-    return page.table(head, rows)
+    """Recordings with hosts exact, with and without the loss, and noisy, across both policies."""
+    cells = {"images": lambda row: f"{row['images']:.0f}", "restarts": lambda row: f"{row['restarts']:.0f}", "ATE [m]": lambda row: f"{row['ate_m']:.3f}",
+             "scale_error": lambda row: f"{100 * row['scale_error']:+.1f}".replace("-", "−"), "consistency.rotation": lambda row: f"{row['rotation_error_deg']:.2f}"}
+    kept = KEPT("host_noise")
+    of = lambda **where: [cell(kept.row(policy=policy, **where)) for cell in cells.values() for policy in NAMES]  # noqa: E731
+    hosts = dict.fromkeys(kept["hosts"].tolist())
+    return page.crossed([say("consistency.host")], [(title if "[m]" in title else say(title), list(NAMES.values())) for title in cells],
+                        [(say(f"recording.{recording}"), [(say(f"consistency.{host}"), *of(recording=recording, hosts=host)) for host in hosts])
+                         for recording in dict.fromkeys(kept["recording"].tolist())])
 
 
 def first_estimates_table(say):
-    """Recordings and simulated flights (means) with no first estimates, with them in the prior only, and in full."""
-    rows = []
-    for policy, policy_name in NAMES.items():
-        for recording in RECORDINGS:
-            for setting, mode in (("none", "none"), ("prior", "prior_only"), ("full", "full")):
-                of = KEPT("consistency_recording", recording=recording, policy=policy, setting=setting)
-                ate, nees, leak = (of[column].mean() for column in ("ate_m", "nees_motion", "yaw_leak"))
-                rows.append((say("list").join((policy_name, say(f"recording.{recording}"), say(f"consistency.{mode}"))), f"{ate:.3f}", f"{nees:.0f}",
-                             style.number(abs(leak), 2)))
-    head = [say("consistency.first_estimates"), "ATE [m]", say("consistency.nees_motion"), say("consistency.leak")]
-    return page.table(head, rows)
+    """Recordings and simulated flights (means) with no first estimates, with them in the prior only, and in full, across both policies."""
+    quantities = {"ATE [m]": lambda of: f"{of['ate_m'].mean():.3f}", say("consistency.nees_motion"): lambda of: f"{of['nees_motion'].mean():.0f}",
+                  say("consistency.leak"): lambda of: style.number(abs(of["yaw_leak"].mean()), 2)}
+    modes = {"none": "none", "prior": "prior_only", "full": "full"}
+    of = lambda **where: KEPT("consistency_recording", **where)  # noqa: E731
+    return page.crossed([say("consistency.recording")], [(name, [say(f"consistency.{mode}") for mode in modes.values()]) for name in NAMES.values()],
+                        [(title, [(say(f"recording.{recording}"), *(cell(of(recording=recording, policy=policy, setting=setting))
+                                                                   for policy in NAMES for setting in modes)) for recording in RECORDINGS])
+                         for title, cell in quantities.items()])
 
 
 def paired_table(say):
     """What first estimates change of the error, over flights of each kind."""
-    columns = [(policy, setting, mode) for policy in NAMES for setting, mode in (("prior", "prior_only"), ("full", "full"))]
-    head = [say("consistency.paired"), *(say("list").join((NAMES[policy], say(f"consistency.{mode}"))) for policy, _, mode in columns)]
-    return page.table(head, [(say(f"flight.{kind}"), *(paired(kind, policy, setting) for policy, setting, _ in columns)) for kind in FLIGHTS])
+    modes = {"prior": "prior_only", "full": "full"}
+    return page.crossed([say("consistency.paired")], [(name, [say(f"consistency.{mode}") for mode in modes.values()]) for name in NAMES.values()],
+                        [("", [(say(f"flight.{kind}"), *(paired(kind, policy, setting) for policy in NAMES for setting in modes)) for kind in FLIGHTS])])
 
 
 def why_none(say):

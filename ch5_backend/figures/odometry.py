@@ -4,6 +4,7 @@ import numpy as np
 from . import style
 from .numbers import windows
 from .hessian import bracket, magnitudes
+from .scene import XYZ, decorate
 from .style import BLUE, GRAY, VERMILION, plt
 from .tables import dense, read
 
@@ -33,28 +34,38 @@ def error_line(axes, rows, policy, **look):
 
 
 def paths(directory):
-    """From above and from the side, and the distance from the truth over time."""
+    """From above and in 3-D, the height over time and, where there is a truth, the distance from it."""
     path = read(directory, "odometry_path")
     truth = path.where(policy="truth")
-    fig = plt.figure(figsize=(10.0, 5.2), layout="constrained")
-    grid = fig.add_gridspec(2, 2, width_ratios=(1.0, 1.15))
-    above, side, error = fig.add_subplot(grid[:, 0]), fig.add_subplot(grid[0, 1]), fig.add_subplot(grid[1, 1])
+    fig = plt.figure(figsize=(10.0, 7.6), layout="constrained")
+    grid = fig.add_gridspec(2, 2, height_ratios=(1.45, 1.0))
+    above, space = fig.add_subplot(grid[0, 0]), fig.add_subplot(grid[0, 1], projection="3d")
+    side = fig.add_subplot(grid[1, 0 if len(truth) else slice(None)])
+    error = fig.add_subplot(grid[1, 1], sharex=side) if len(truth) else None
+    lines = [(segments(path.where(policy=name)), {"color": COLORS[name], "linewidth": 1.3, "label": NAMES[name]}) for name in policies(path)]
     if len(truth):
-        above.plot(truth["x_m"], truth["y_m"], color=GRAY, linewidth=4.0, alpha=0.5, label="truth")
-        side.plot(truth["t_s"], truth["z_m"], color=GRAY, linewidth=4.0, alpha=0.5)
-    for name in policies(path):
-        for k, rows in enumerate(segments(path.where(policy=name))):
-            above.plot(rows["x_m"], rows["y_m"], color=COLORS[name], linewidth=1.3, label=NAMES[name] if k == 0 else None)
-            side.plot(rows["t_s"], rows["z_m"], color=COLORS[name], linewidth=1.3)
-            error_line(error, rows, name, linewidth=1.5)
+        lines.insert(0, ([truth], {"color": GRAY, "linewidth": 4.0, "alpha": 0.5, "label": "truth"}))
+    for pieces, look in lines:
+        for k, rows in enumerate(pieces):
+            of = look if k == 0 else {**look, "label": None}
+            above.plot(rows["x_m"], rows["y_m"], **of)
+            space.plot(*rows.matrix(*XYZ).T, **of)
+            side.plot(rows["t_s"], rows["z_m"], **of)
+    everything = path.matrix(*XYZ)
+    low, high = everything.min(axis=0), everything.max(axis=0)
+    room = np.maximum(0.0, 0.4 * (high - low).max() - (high - low)) / 2  # a walk on one floor is no sheet of paper
+    decorate(space, (low - room, high + room), zoom=0.92)
+    space.set_title("in 3-D")
     above.set_aspect("equal", adjustable="datalim")
     above.set(xlabel="x [m]", ylabel="y [m]", title="from above")
     above.legend(loc="best", fontsize=11)
-    side.set(ylabel="z [m]", title="height")
-    side.tick_params(labelbottom=False)
-    error.set(xlabel="time [s]", ylabel="[cm]", title="distance from the truth")
-    error.set_ylim(bottom=0)
-    error.sharex(side)
+    side.set(xlabel="time [s]", ylabel="z [m]", title="height")
+    if error:
+        for name in policies(path):
+            for rows in segments(path.where(policy=name)):
+                error_line(error, rows, name, linewidth=1.5)
+        error.set(xlabel="time [s]", ylabel="[cm]", title="distance from the truth")
+        error.set_ylim(bottom=0)
     style.save(fig, directory, "odometry_path")
 
 
@@ -180,7 +191,8 @@ def path_words(say, rows, answered):
                       policy=NAMES[name], distance=style.number(100 * rows[name]["ate_m"], 2),
                       scale=f"{100 * rows[name]['scale_error']:+.1f}".replace("-", "−")) for name in started]
         words = say("odometry_path", errors=say("semicolon").join(errors))
-    return words + "".join(say("odometry_path.silent", policy=NAMES[name]) for name in rows if not answered[name])
+    shown, line, folded = words.partition("\n")
+    return shown + "".join(say("odometry_path.silent", policy=NAMES[name]) for name in rows if not answered[name]) + line + folded
 
 
 def machine(directory, say):

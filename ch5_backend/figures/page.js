@@ -2,6 +2,9 @@
 "use strict";
 document.documentElement.classList.add("js");
 
+// On paper nothing is folded.
+addEventListener("beforeprint", () => { for (const more of document.querySelectorAll("figcaption details")) more.open = true; });
+
 // A slider shows what bears its number: <… class="at" data-at="3"> and the rows of its tables.
 for (const player of document.querySelectorAll(".player")) {
   const [input] = player.getElementsByTagName("input"), [output] = player.getElementsByTagName("output");

@@ -6,6 +6,7 @@ Its pieces are made by page.html and by Markup("…{}…").format(words): both e
 import base64
 import io
 import json
+import math
 import re
 from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache
@@ -23,6 +24,7 @@ TEMPLATES = Environment(loader=FileSystemLoader(HERE), autoescape=True, undefine
 TEMPLATES.filters.update(json=lambda value: json.dumps(value, ensure_ascii=False), tail=lambda row: row[1:])
 PIECES = TEMPLATES.get_template("page.html").module
 
+crossed = PIECES.crossed
 table = PIECES.table
 """table(head, rows, kind="", at=None): a table of words, rows named by their first cell; with `at`, row i is shown while a
 slider stands at at[i]."""
@@ -33,14 +35,32 @@ def formulas(text):
     return Markup(re.sub(r"([A-Za-z])_([A-Za-z]{1,2})", r"<i>\1</i><sub>\2</sub>", str(escape(text))))
 
 
-def figure(directory, name, caption, alternative, say):
+def figure(directory, name, caption, alternative, say, note=""):
     """DIR/figures/NAME.png, or NAME.zh.png on a Chinese page, with its words, alternative text for screen readers, and links to
-    the SVG and the PDF."""
-    folder = Path(directory) / "figures"
-    own = {kind: f"{name}.{say.language}.{kind}" for kind in ("png", "svg", "pdf")}
+    the SVG and the PDF. What follows the first line of the words is folded."""
+    path = picture_of(directory, name, say)
+    folder, own = path.parent, {kind: f"{name}.{say.language}.{kind}" for kind in ("svg", "pdf")}
     files = {kind: file if (folder / file).exists() else f"{name}.{kind}" for kind, file in own.items()}
-    path = folder / files.pop("png")
-    return PIECES.picture([(file, kind.upper()) for kind, file in files.items()], small(path, path.stat().st_mtime_ns), caption, alternative, say)
+    first, _, more = caption.partition("\n")
+    return PIECES.picture([(file, kind.upper()) for kind, file in files.items()], small(path, path.stat().st_mtime_ns), first, more, note, alternative, say)
+
+
+def picture_of(directory, name, say):
+    """The path of DIR/figures/NAME.png, or of NAME.zh.png on a Chinese page."""
+    folder = Path(directory) / "figures"
+    own = folder / f"{name}.{say.language}.png"
+    return own if own.exists() else folder / f"{name}.png"
+
+
+def thumbnail(directory, name, part, say):
+    """Part of a figure (left, top, right, bottom, as shares of it), so small that it is recognized and not read, as base64."""
+    packed = io.BytesIO()
+    with Image.open(picture_of(directory, name, say)) as image:
+        box = [end(share * size) for end, share, size in zip(2 * (math.floor,) + 2 * (math.ceil,), part, 2 * image.size)]
+        small_one = image.convert("RGB").crop(box)
+        small_one.thumbnail((360, 220))
+        small_one.save(packed, "WEBP", quality=70, method=4)
+    return base64.b64encode(packed.getvalue()).decode()
 
 
 @lru_cache(maxsize=64)

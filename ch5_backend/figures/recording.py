@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from markupsafe import Markup
 
-from . import odometry, page, sliders, style
+from . import evaluation, odometry, page, sliders, style
 from .digits import fixed
 from .tables import read
 
@@ -49,27 +49,32 @@ def segment_table(directory, say):
 
 
 def warnings(directory, say):
-    """What is doubtful in the data."""
-    for row in read(directory, "odometry_warnings", may_be_empty=True).rows():
+    """What is doubtful in the data, with the numbers that it has in the figure of what happened when."""
+    for k, row in enumerate(read(directory, "odometry_warnings", may_be_empty=True).rows(), start=1):
         numbers = {name: f"{row[name]:.4g}".replace("-", "−") for name in ("value", "other")}
         words = say(f"warning.{row['warning']}", detail=row["detail"], **numbers)
-        yield Markup("<p><strong>{}</strong>{}</p>").format(say("warning"), words)
+        yield Markup("<p><strong>{}</strong>{}</p>").format(say("warning", number=k), words)
 
 
 def body_of(directory, say):
-    """The page's pieces."""
+    """The page's pieces: the path first, then what judges it, then how the estimators work."""
     trajectories = sorted(path.name for path in Path(directory).glob("*.tum"))
     links = Markup(say("list")).join(Markup('<a href="{0}">{0}</a>').format(name) for name in trajectories)
+    words = {**odometry.captions(directory, say), **evaluation.captions(directory, say), **odometry.stills(directory, say)}
+    drawn = {name: page.figure(directory, name, words[name], say(f"{name}.alt"), say) for name in words}
+    has_truth = bool(len(read(directory, "odometry_path").where(policy="truth")))
+    judged = [drawn.pop(name) for name in ("odometry_lengths", "odometry_consistency", "odometry_timeline", "odometry_biases", "odometry_timing")
+              if name in drawn]
     return [*page.opening(say("recording.heading", name=Path(directory).resolve().name), say("recording.lead"), say),
-            *warnings(directory, say), summary_table(directory, say), *nees_words(directory, say), segment_table(directory, say), sliders.windows(directory, say),
-            *(page.figure(directory, name, words, say(f"{name}.alt"), say)
-              for name, words in {**odometry.captions(directory, say), **odometry.stills(directory, say)}.items()),
+            drawn.pop("odometry_path"), *warnings(directory, say), summary_table(directory, say), segment_table(directory, say),
+            *([] if has_truth else [page.paragraph(say("recording.no_truth"))]), *judged, *nees_words(directory, say), sliders.windows(directory, say), *drawn.values(),
             Markup(f"<p>{say('trajectories', links='{}')}</p>").format(links), page.links_to_tables(directory, say)]
 
 
 def draw(directory):
     odometry.draw(directory)
     odometry.film(directory)
+    evaluation.draw(directory)
     page.write_all(directory, "recording.title", body_of)
 
 

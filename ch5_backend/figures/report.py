@@ -16,13 +16,13 @@ from pathlib import Path
 
 from markupsafe import Markup
 
-from . import blocks, captions, convergence, film, hessian, marginalize, nees, odometry, page, prior, scene, sliders, style, systems
+from . import blocks, captions, convergence, film, hero, hessian, marginalize, nees, odometry, page, prior, scene, sliders, style, systems
 from .numbers.chapter import Chapter
 from .numbers.windows import KEPT
 from .tables import Tables
 
 # The longest first, so that two processes finish together.
-SCRIPTS = (odometry, systems, nees, prior, scene, hessian, convergence, marginalize)
+SCRIPTS = (odometry, systems, nees, prior, scene, hessian, convergence, marginalize, hero)
 EXPLORERS = {"bundle-adjustment": sliders.iterations, "odometry": lambda directory, say: film.player(directory, say) + sliders.windows(directory, say), "the-priors-weight": sliders.weights,
              "the-hessian": lambda directory, say: blocks.explorer(directory, "course", say)}
 
@@ -31,6 +31,10 @@ KEPT_OF = {"consistency_causes": ("consistency", "consistency_summary"), "consis
            "systems_ablation": ("ablation", "ablation_recording"), "systems_back_ends": ("back_ends",),
            "systems_calibration": ("calibration",), "systems_preintegration": ("preintegration",), "systems_distance": ("distance",),
            "systems_window_size": ("window_size",), "systems_pose_graphs": ("pose_graphs", "pose_graph_starts")}
+
+# Beside each finding a part of a figure: left, top, right, bottom.
+THUMBNAILS = {"bundle-adjustment": ("scene_large", (0.5, 0.17, 1.0, 0.93)), "the-hessian": ("hessian_course", (0.0, 0.08, 0.5, 1.0)),
+              "the-priors-weight": ("prior_trials", (0.0, 0.0, 0.5, 1.0)), "odometry": ("odometry_path", (0.0, 0.0, 0.48, 0.57))}
 
 BESIDE = ("lab.html", "api/index.html")
 
@@ -86,7 +90,9 @@ def body_of(directory, say):
     n = Chapter(Tables(Path(directory) / "csv"))
     sections = {**captions.sections(n, say), "odometry": odometry.captions(directory, say),
                 "consistency": nees.captions(say), "systems": systems.captions(directory, say)}
-    body = [*page.opening(say("heading"), say("lead"), say), page.PIECES.findings(say("findings"), captions.findings(n, say)),
+    found = {section: (words, page.thumbnail(directory, *THUMBNAILS[section], say)) for section, words in captions.findings(n, say).items()}
+    body = [*page.opening(say("heading"), say("lead"), say), page.figure(directory, "hero", hero.caption(directory, say), say("hero.alt"), say),
+            page.PIECES.findings(say("findings"), found),
             contents(sections, directory, say), solves_table(n, directory, say)]
     for section, figures in sections.items():
         lecture, *stages = BELONGS[section]
@@ -94,7 +100,7 @@ def body_of(directory, say):
         if section == "the-hessian":
             pieces.append(page.paragraph(say("hessian_size", **captions.names_of(n))))
         pieces += [EXPLORERS[section](directory, say)] if section in EXPLORERS else []
-        pieces += [page.figure(directory, name, Markup("{} {}").format(caption, measured(name, say)), say(f"{name}.alt"), say)
+        pieces += [page.figure(directory, name, caption, say(f"{name}.alt"), say, measured(name, say))
                    for name, caption in figures.items()]
         if section == "consistency":
             pieces += [nees.cases_table(say), page.paragraph(say("consistency.hosts")), nees.hosts_table(say),

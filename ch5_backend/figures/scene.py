@@ -42,11 +42,11 @@ def panel(axes, frames, points, state, limits, color):
     return int(np.sum(~inside))
 
 
-def decorate(axes, limits):
+def decorate(axes, limits, zoom=1.06):
     axes.set_xlim(limits[0][0], limits[1][0])
     axes.set_ylim(limits[0][1], limits[1][1])
     axes.set_zlim(limits[0][2], limits[1][2])
-    axes.set_box_aspect(limits[1] - limits[0], zoom=1.06)
+    axes.set_box_aspect(limits[1] - limits[0], zoom=zoom)
     axes.view_init(elev=16, azim=-68)
     for axis, label in ((axes.xaxis, "x [m]"), (axes.yaxis, "y [m]"), (axes.zaxis, "z [m]")):
         axis.set_pane_color((1, 1, 1, 0))

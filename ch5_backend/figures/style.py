@@ -240,7 +240,8 @@ def legend_above(figure, axes, columns=3):
     """One legend for all panels, above them; none where nothing is labeled."""
     handles, labels = axes.get_legend_handles_labels()
     if handles:
-        space(figure, rect=(0, 0, 1, 1 - 0.45 / figure.get_figheight()))
+        lines = -(-len(labels) // columns)
+        space(figure, rect=(0, 0, 1, 1 - (0.21 + 0.24 * lines) / figure.get_figheight()))
         figure.legend(handles, labels, loc="upper left", bbox_to_anchor=(0.005, 1.0), ncol=columns, fontsize=12,
                       columnspacing=1.8, handlelength=2.2)
 

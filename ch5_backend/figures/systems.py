@@ -5,9 +5,9 @@ Each panel draws into given axes, so that the report and the decks show the same
 from pathlib import Path
 
 import numpy as np
-from markupsafe import Markup
 
 from . import page, style
+from .evaluation import boxes
 from .numbers import systems as numbers
 from .numbers.systems import BACK_ENDS, DATA_SETS, SOLVERS, WAYS
 from .numbers.windows import KEPT
@@ -117,20 +117,6 @@ def segments_error(axes, tables, names):
     style.plain_log(axes.yaxis)
 
 
-def distance(axes, tables, recording):
-    """Boxes: quartiles and median; whiskers: 5 and 95 %."""
-    for policy, (_, shift) in MARKS.items():
-        for k, row in enumerate(tables("distance", recording=recording, policy=policy).rows()):
-            box = [{"med": row["q50"], "q1": row["q25"], "q3": row["q75"], "whislo": row["q05"], "whishi": row["q95"]}]
-            color = {"color": COLORS[policy]}
-            axes.bxp(box, positions=[k + 1.2 * shift], widths=0.28, showfliers=False, boxprops=color, medianprops=color,
-                     whiskerprops=color, capprops=color)
-        axes.plot([], [], color=COLORS[policy], label=NAMES[policy])
-    rows = tables("distance", recording=recording, policy="vins").rows()
-    axes.set_xticks(range(len(rows)), [f"{100 * row['share']:.0f}\n{row['distance_m']:.2g}" for row in rows])
-    axes.set_ylim(0, None)
-
-
 def window_size(axes, tables, recording, column, names):
     for temporal, color in zip(numbers.TEMPORAL, (PINK, ORANGE, BLUE, GREEN)):
         keyframes, values = numbers.over_keyframes(tables, recording, temporal, column)
@@ -230,7 +216,7 @@ def draw_restart(panels, tables):
 @style.drawn("systems_distance", 1, 3, (11.0, 4.4), legend=3)
 def draw_distance(panels, tables):
     for axes, (recording, name) in zip(panels, numbers.RECORDINGS.items()):
-        distance(axes, tables, recording)
+        boxes(axes, {policy: tables("distance", recording=recording, policy=policy) for policy in NAMES})
         axes.set(title=name, xlabel="part of the path [%]\ndistance [m]")
     panels[0].set_ylabel("error over the distance [m]")
 
@@ -301,28 +287,24 @@ def nees_of(flights):
 
 
 def ablation_table(say):
-    """Medians over the flights, and EuRoC's V1_01."""
-    rows = []
-    for name, table in (("simulated", "ablation"), ("euroc_v1_01_easy", "ablation_recording")):
-        for policy in NAMES:
-            for way in WAYS:
-                of = KEPT(table, policy=policy, way=way)
-                rows.append((say("list").join((say(f"recording.{name}"), NAMES[policy], say(f"ablation.{way}"))),
-                             f"{np.nanmedian(of['ate_m']):.3f}", nees_of(of), style.percent((of["restarts"] > 0).mean())))
-    return page.table([say("ablation.case"), "ATE [m]", say("consistency.nees_motion"), say("ablation.lost")], rows)
+    """Medians over the flights, and EuRoC's V1_01, across both policies."""
+    quantities = {"ATE [m]": lambda of: f"{np.nanmedian(of['ate_m']):.3f}", say("consistency.nees_motion"): nees_of,
+                  say("ablation.lost"): lambda of: style.percent((of["restarts"] > 0).mean())}
+    recordings = {"simulated": "ablation", "euroc_v1_01_easy": "ablation_recording"}
+    return page.crossed([say("ablation.case")], [(say(f"recording.{name}"), list(NAMES.values())) for name in recordings],
+                        [(title, [(say(f"ablation.{way}"), *(cell(KEPT(table, policy=policy, way=way)) for table in recordings.values() for policy in NAMES))
+                                  for way in WAYS]) for title, cell in quantities.items()])
 
 
 def starts_table(say):
     """Where each start of a pose graph leads to: ½χ² at the start and at the end."""
-    starts = ("file", "odometry", "spanning-tree", "chordal")
-    rows = {}
+    graphs = {}
     for row in KEPT("pose_graph_starts").rows():
-        cells = rows.setdefault(row["data_set"], {})
-        cells[row["start"]] = Markup("{} → {}<br>({:.0f}; {:.2f} s)").format(
-            style.number(row["first_cost"], 3), style.number(row["cost"], 4), row["iterations"], row["seconds_to_start"] + row["seconds"])
-    return page.table([say("starts.case"), *(say(f"starts.{start}") for start in starts)],
-                      [(say(name) if name == "simulated sphere" else name, *(cells.get(start, "–") for start in starts))
-                       for name, cells in rows.items()])
+        graphs.setdefault(row["data_set"], []).append(
+            (say(f"starts.{row['start']}"), style.number(row["first_cost"], 3), style.number(row["cost"], 4), f"{row['iterations']:.0f}",
+             f"{row['seconds_to_start'] + row['seconds']:.2f}"))
+    return page.crossed([say("starts.start")], [(say(name), ()) for name in ("first_cost", "last_cost", "iterations", "starts.seconds")],
+                        [(say(name) if name == "simulated sphere" else name, rows) for name, rows in graphs.items()])
 
 
 def draw_own(directory):

@@ -189,6 +189,31 @@ TEST(RelativeError, OfAWalkWhoseScaleIsWrong) {
   EXPECT_TRUE(std::isnan(CompareMotions(Walk(0.1), Walk(0.0))->DriftPercent())) << "the truth turns on the spot";
 }
 
+TEST(ErrorsOverLengths, OfAWalkWhoseScaleIsWrongGrowWithTheLength) {
+  const std::vector<StampedState> truth = Walk(1.0);  // 30 m, 0.1 m a state
+  const auto errors = ErrorsOverLengths({Walk(1.02)}, truth, {0.1005, 0.5005, 1.1});
+  ASSERT_EQ(errors.size(), 3U);
+  EXPECT_NEAR(errors[0].length, 3.015, 1e-9);
+  ASSERT_EQ(errors[0].position.size(), 300U - 30U);  // every state begins one but the last 31 of 301
+  ASSERT_EQ(errors[1].position.size(), 300U - 150U);
+  for (const double error : errors[0].position) EXPECT_NEAR(error, 0.02 * 3.1, 1e-9);  // the first state beyond 3.015 m
+  for (const double error : errors[1].position) EXPECT_NEAR(error, 0.02 * 15.1, 1e-9);
+  for (const double error : errors[1].yaw) EXPECT_NEAR(error, 0.0, 1e-12);
+  EXPECT_TRUE(errors[2].position.empty()) << "no piece is longer than the path";
+  EXPECT_TRUE(std::isnan(QuantileOfSorted(errors[2].position, 0.5)));
+}
+
+TEST(ErrorsOverLengths, NoPieceSpansTwoSegments) {
+  const std::vector<StampedState> truth = Walk(1.0);
+  std::vector<StampedState> first(truth.begin(), truth.begin() + 100), second(truth.begin() + 100, truth.end());
+  for (StampedState& state : second) state.T_W_B.p.y() += 5.0;  // a world frame of its own
+  const auto errors = ErrorsOverLengths({first, second}, truth, {0.2});
+  ASSERT_EQ(errors.size(), 1U);
+  ASSERT_FALSE(errors[0].position.empty());
+  EXPECT_NEAR(errors[0].position.back(), 0.0, 1e-9);
+  EXPECT_TRUE(ErrorsOverLengths({first}, {}, {0.2}).empty()) << "there is no truth";
+}
+
 TEST(RelativeError, ATruthOfBothEndsTellsTheDrift) {
   std::vector<StampedState> truth = Walk(1.0);
   truth.erase(truth.begin() + 50, truth.begin() + 250);  // as a motion capture system in one room of many

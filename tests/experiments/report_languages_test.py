@@ -26,7 +26,7 @@ from tests.project import ROOT
 MINIMIZER = ROOT / "ch5_backend" / "solve" / "minimizer.cc"
 NUMBER = re.compile(r"[+−-]?\d+(?:\.\d+)?(?: × 10)?[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]*")
 SPOKEN = re.compile(r'(?:aria-label|alt|data-labels|data-empty|data-vertices|data-scrolls)="([^"]*)"')
-SELDOM = {"lab.html", "api/index.html", "odometry_path.alone", "odometry_path.silent", "odometry_path.at_rest", "odometry_spectrum.all",
+SELDOM = {"lab.html", "recording.no_truth", "api/index.html", "odometry_path.alone", "odometry_path.silent", "odometry_path.at_rest", "odometry_spectrum.all",
           "segment", "segment.words", "gauge.quick", "gauge_methods.as", "gauge_methods.but", "gauge.extra", "gauge_matrices.alone",
           "gauge.machine_hall", "gauge.median_rmse", "gauge_recordings", "gauge_recordings.alt", *(key for key in SENTENCES["en"] if key.startswith(("warning", "recordings.")))}
 HALF_WIDTH = re.compile(r"[\u4e00-\u9fff][,:;?!()]|[,;?!()][\u4e00-\u9fff]")
@@ -132,6 +132,19 @@ class Reports(unittest.TestCase):
         self.assertIn('<html lang="zh">', chinese)
         self.assertIn('<a href="report.zh.html" lang="zh" hreflang="zh">中文</a>', english)
         self.assertIn('<a href="report.html" lang="en" hreflang="en">English</a>', chinese)
+
+    def captions_are_short(self, of):
+        """What of a caption is not folded."""
+        english, chinese, _ = pages_of(of)
+        for page, pattern, most in ((english, r"\S+", 40), (chinese, r"[\u4e00-\u9fff]|[^\s\u4e00-\u9fff]+", 80)):
+            captions = re.findall(r"<figcaption>(.*?) <span", without_code(page), re.S)
+            self.assertEqual(len(captions), page.count("<figcaption>"))
+            for caption in captions:
+                self.assertLessEqual(len(re.findall(pattern, html.unescape(caption))), most, caption)
+
+    def test_what_is_not_folded_of_a_caption_is_short(self):
+        for of in ("chapter", "recording"):
+            self.captions_are_short(of)
 
     def test_the_chapter_has_the_same_sections_figures_and_numbers(self):
         self.are_alike("chapter")

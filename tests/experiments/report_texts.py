@@ -2,7 +2,7 @@
 
 from unittest import mock
 
-from ch5_backend.figures import captions, gauge_report, nees, odometry, page, recording, report, style, systems
+from ch5_backend.figures import captions, evaluation, gauge_report, nees, odometry, page, recording, report, style, systems
 from ch5_backend.figures.numbers import gauge
 from ch5_backend.figures.numbers.chapter import Chapter
 from ch5_backend.figures.tables import Tables
@@ -16,7 +16,7 @@ def figures_of(out, of="chapter"):
         return gauge_report.drawn_of(out)
     say = Words("en")
     names = [name for section in captions.sections(Chapter(Tables(out / "csv")), say).values() for name in section]
-    return [*names, *odometry.captions(out, say), *odometry.stills(out, say), *nees.captions(say), *systems.captions(out, say)]
+    return ["hero", *names, *odometry.captions(out, say), *evaluation.captions(out, say), *odometry.stills(out, say), *nees.captions(say), *systems.captions(out, say)]
 
 
 def write_reports(out, of="chapter"):

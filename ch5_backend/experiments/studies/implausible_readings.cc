@@ -297,7 +297,8 @@ RecordingWarnings CheckReadings(const std::string& path, std::vector<int> lines,
           << " s, w = " << imu[first].gyroscope.transpose() << ", a = " << imu[first].acceleration.transpose();
     if (strict) throw FileError(Join(place.str(), ": IMU readings that cannot be: ", what));
     warnings.push_back({name, static_cast<double>(count), imu[first].t,
-                        Join("IMU readings left out: ", count, "; ", what, "; the first: ", place.str()), place.str()});
+                        Join("IMU readings left out: ", count, "; ", what, "; the first: ", place.str()), place.str(),
+                        imu[first].t});
     size_t kept = 0;
     for (size_t k = 0; k < imu.size(); ++k) {
       if (is_out[k]) continue;

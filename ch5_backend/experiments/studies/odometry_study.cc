@@ -1,5 +1,6 @@
 #include "ch5_backend/experiments/studies/odometry_study.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <regex>
@@ -7,6 +8,7 @@
 #include <utility>
 
 #include "ch5_backend/consistency/gauge_audit.h"
+#include "ch5_backend/evaluate/nees.h"
 #include "ch5_backend/experiments/studies/matrices.h"
 #include "ch5_backend/experiments/studies/motion_nees.h"
 #include "ch5_backend/experiments/studies/systems/system_studies.h"
@@ -39,6 +41,22 @@ void AppendGauge(const std::string& policy, double t, const Window& window, CsvT
   for (const GaugeLeak& leak : AuditPrior(window.prior->GetPrior(), gauge)) {
     table->Row(policy, t, leak.direction, leak.information, leak.relative);
   }
+}
+
+// Covariances are of the newest pose while position and yaw of the oldest are held, so the estimate is laid upon the truth there.
+void AppendConsistency(const std::string& policy, double t, const Window& window, OdometryStudy* study) {
+  constexpr double kDegrees = 180.0 / M_PI;
+  const Frame &oldest = window.frames.front(), &newest = window.frames.back();
+  const auto first = StateAt(study->recording.truth, oldest.t), last = StateAt(study->recording.truth, newest.t);
+  if (!first || !last || window.frames.size() < 2) return;
+  const YawTransform to_truth = AlignFirstPose({oldest.pose->q(), oldest.pose->p()}, first->T_W_B);
+  Mat66 turn = Mat66::Identity();  // δp is in W, δθ in B
+  turn.topLeftCorner<3, 3>() = to_truth.Rotation().toRotationMatrix();
+  const Mat66 covariance = turn * PoseCovariances(window).back() * turn.transpose();
+  const PoseConsistency pose =
+      ComparePose(to_truth * Transform{newest.pose->q(), newest.pose->p()}, covariance, last->T_W_B);
+  study->consistency.Row(policy, t, pose.error.head<3>().norm(), std::sqrt(covariance.topLeftCorner<3, 3>().trace()),
+                         kDegrees * std::abs(pose.yaw_error), kDegrees * std::sqrt(pose.yaw_variance), pose.nees);
 }
 
 CsvTable PolicyTable(const OdometryStudy& study) {
@@ -100,43 +118,73 @@ CsvTable SegmentTable(const OdometryStudy& study) {
 
 // Estimates are aligned with the truth, each segment by itself.
 CsvTable PathTable(const OdometryStudy& study) {
-  CsvTable table("policy,segment,t_s,x_m,y_m,z_m,error_m");
-  for (const StampedState& state : study.recording.truth) {
-    const Vec3& p = state.T_W_B.p;
-    table.Row("truth", 0, state.t, p.x(), p.y(), p.z(), 0.0);
-  }
+  CsvTable table("policy,segment,t_s,x_m,y_m,z_m,error_m,bax_m_s2,bay_m_s2,baz_m_s2,bgx_rad_s,bgy_rad_s,bgz_rad_s");
+  const auto append = [&table](const std::string& policy, int segment, double t, const Vec3& p, double error,
+                               const Vec3& b_a, const Vec3& b_g) {
+    table.Row(policy, segment, t, p.x(), p.y(), p.z(), error, b_a.x(), b_a.y(), b_a.z(), b_g.x(), b_g.y(), b_g.z());
+  };
+  const Vec3 none = Vec3::Constant(kNoNumber);
+  const auto& truth = study.recording.truth;
+  const bool knows_biases =  // else a recorder writes zeros
+      std::any_of(truth.begin(), truth.end(),
+                  [](const auto& state) { return !state.b_a.isZero() || !state.b_g.isZero(); });
+  for (const StampedState& state : truth)
+    append("truth", 0, state.t, state.T_W_B.p, 0.0, knows_biases ? state.b_a : none, knows_biases ? state.b_g : none);
   for (const OdometryRun& run : study.runs) {
     for (const OdometrySegment& segment : run.segments) {
       const YawTransform to_truth = segment.error ? segment.error->alignment : YawTransform{};
       for (const StampedState& state : segment.states) {
         const Vec3 p = to_truth * state.T_W_B.p;
-        const auto truth = segment.error ? StateAt(study.recording.truth, state.t) : std::nullopt;
-        table.Row(run.policy, segment.id, state.t, p.x(), p.y(), p.z(),
-                  truth ? (p - truth->T_W_B.p).norm() : kNoNumber);
+        const auto there = segment.error ? StateAt(truth, state.t) : std::nullopt;
+        append(run.policy, segment.id, state.t, p, there ? (p - there->T_W_B.p).norm() : kNoNumber, state.b_a,
+               state.b_g);
       }
     }
   }
   return table;
 }
 
+// Whiskers of 5 and 95 %; without rows where no truth is.
+CsvTable LengthTable(const OdometryStudy& study) {
+  constexpr double kDegrees = 180.0 / M_PI;
+  CsvTable table("policy,share,distance_m,pieces,quantity,q05,q25,q50,q75,q95");
+  for (const OdometryRun& run : study.runs) {
+    std::vector<std::vector<StampedState>> segments;
+    for (const OdometrySegment& segment : run.segments) segments.push_back(segment.states);
+    for (const LengthErrors& of : ErrorsOverLengths(segments, study.recording.truth, {0.02, 0.05, 0.1, 0.2, 0.4})) {
+      const auto append = [&](const char* quantity, const std::vector<double>& errors, double unit) {
+        const auto at = [&](double q) { return unit * QuantileOfSorted(errors, q); };
+        table.Row(run.policy, of.share, of.length, errors.size(), quantity, at(0.05), at(0.25), at(0.5), at(0.75),
+                  at(0.95));
+      };
+      append("position_m", of.position, 1.0);
+      append("yaw_deg", of.yaw, kDegrees);
+    }
+  }
+  return table;
+}
+
 CsvTable WindowTable(const OdometryStudy& study) {
-  CsvTable table("policy,t_s,milliseconds,status,landmarks,iterations,initial_cost,final_cost");
+  CsvTable table("policy,t_s,milliseconds,status,landmarks,iterations,initial_cost,final_cost,tracks");
+  std::map<double, size_t> tracks;
+  for (const Image& image : study.recording.images) tracks[image.t] = image.tracks.size();
   for (const OdometryRun& run : study.runs) {
     for (const ImageResult& row : run.rows) {
       const char* names[] = {"starting", "tracking", "restarted"};
       const FrameReport& report = row.report;
       const auto solved = [&](double value) { return report.solve.trace.empty() ? kNoNumber : value; };
       table.Row(run.policy, row.t, 1e3 * row.seconds, names[static_cast<int>(report.status)], solved(report.landmarks),
-                solved(report.solve.iterations), solved(report.solve.initial_cost), solved(report.solve.final_cost));
+                solved(report.solve.iterations), solved(report.solve.initial_cost), solved(report.solve.final_cost),
+                tracks.at(row.t));
     }
   }
   return table;
 }
 
 CsvTable WarningTable(const OdometryStudy& study) {
-  CsvTable table("warning,value,other,detail,words");
+  CsvTable table("warning,value,other,detail,words,t_s");
   for (const RecordingWarning& warning : study.warnings)
-    table.Row(warning.name, warning.value, warning.other, warning.detail, warning.words);
+    table.Row(warning.name, warning.value, warning.other, warning.detail, warning.words, warning.t);
   return table;
 }
 
@@ -177,6 +225,8 @@ OdometryStudy RunOdometryStudy(Recording recording, const std::function<void(con
       const Window& window = estimator.GetWindow();
       if (!row.report.state || !window.prior) return;
       AppendGauge(name, row.t, window, &study.gauge);
+      const bool is_solved = !row.report.solve.trace.empty();  // and not held at rest
+      if (is_solved && image % (1 + frames.size() / 300) == 0) AppendConsistency(name, row.t, window, &study);
       // Pictures are spread over the second half, the last one at the end.
       const size_t due = frames.size() / 2 + (pictures + 1) * frames.size() / (2 * kPictures);
       if (pictures < kPictures && image + 1 >= due) AppendSnapshot(name, pictures++, row.t, window, &study);
@@ -197,6 +247,8 @@ void WriteOdometryTables(const OdometryStudy& study, const std::filesystem::path
   files.Add(csv / "odometry_results.csv", ResultTable(study).Text());
   files.Add(csv / "odometry_segments.csv", SegmentTable(study).Text());
   files.Add(csv / "odometry_path.csv", PathTable(study).Text());
+  files.Add(csv / "odometry_lengths.csv", LengthTable(study).Text());
+  files.Add(csv / "odometry_consistency.csv", study.consistency.Text());
   files.Add(csv / "odometry_windows.csv", WindowTable(study).Text());
   files.Add(csv / "odometry_matrices.csv", study.matrices.Text());
   files.Add(csv / "odometry_spectrum.csv", study.spectrum.Text());

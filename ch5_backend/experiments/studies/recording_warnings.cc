@@ -272,7 +272,8 @@ RecordingWarnings CheckStarts(const OdometryStudy& study) {
   const auto percent = std::lround(100.0 * std::min(sigma, 10.0));  // beyond, how little is known makes no difference
   return {{"scale", static_cast<double>(percent), t,
            Join("just after the estimator started (at ", t, " s) it knew the scale only to ±", percent,
-                " %: lengths may be wrong by as much; only a change of speed or direction determines the scale")}};
+                " %: lengths may be wrong by as much; only a change of speed or direction determines the scale"),
+           "", t}};
 }
 
 RecordingWarnings CheckMeasurements(const Recording& recording, OdometrySettings* settings) {
