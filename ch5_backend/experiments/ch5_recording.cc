@@ -103,7 +103,7 @@ ch5::RecordingWarnings CheckFiles(const std::vector<ch5::LeftOut>& left_out, con
     warnings.push_back({"clock_jump", seconds, step.t,
                         step.where + ": at " + Cell(step.t, 0, 1) + " s all clocks jump by " + Cell(seconds, 0, 0) +
                             " s, set anew or after a pause: a new segment begins, and times leave the jump out",
-                        step.where});
+                        step.where, step.t});
   }
   for (const ch5::LeftOut& lines : left_out) {
     warnings.push_back({"left_out", static_cast<double>(lines.count), ch5::kNoNumber,

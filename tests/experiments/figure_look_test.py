@@ -14,7 +14,7 @@ from matplotlib.colors import to_hex, to_rgb
 from matplotlib.text import Text
 
 from tests.project import OUT
-from ch5_backend.figures import bal, bench, endurance, gauge_report, pose_graph, report, style, translate, window
+from ch5_backend.figures import bal, bench, endurance, evaluation, gauge_report, pose_graph, report, style, translate, window
 
 SHOWN = 1280   # pixels, the width at which a figure is read
 LEAST = 14     # pixels, of its letters
@@ -157,7 +157,7 @@ class Look(unittest.TestCase):
         return found
 
     def test_the_pages_figures_suit_a_paper_and_are_chinese_on_the_chinese_page(self):
-        for least, draw in ((19, lambda: [script.draw(OUT) for script in report.SCRIPTS]),
+        for least, draw in ((19, lambda: [script.draw(OUT) for script in report.SCRIPTS]), (3, lambda: evaluation.draw(OUT)),
                             (8, lambda: gauge_report.draw_figures(OUT / "gauge"))):
             found = self.drawn(draw)
             self.assertGreater(len(found), least)
