@@ -117,6 +117,10 @@ def segments_error(axes, tables, names):
     style.plain_log(axes.yaxis)
 
 
+def distance(axes, tables, recording):
+    boxes(axes, {policy: tables("distance", recording=recording, policy=policy) for policy in NAMES})
+
+
 def window_size(axes, tables, recording, column, names):
     for temporal, color in zip(numbers.TEMPORAL, (PINK, ORANGE, BLUE, GREEN)):
         keyframes, values = numbers.over_keyframes(tables, recording, temporal, column)
@@ -216,7 +220,7 @@ def draw_restart(panels, tables):
 @style.drawn("systems_distance", 1, 3, (11.0, 4.4), legend=3)
 def draw_distance(panels, tables):
     for axes, (recording, name) in zip(panels, numbers.RECORDINGS.items()):
-        boxes(axes, {policy: tables("distance", recording=recording, policy=policy) for policy in NAMES})
+        distance(axes, tables, recording)
         axes.set(title=name, xlabel="part of the path [%]\ndistance [m]")
     panels[0].set_ylabel("error over the distance [m]")
 

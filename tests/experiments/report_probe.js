@@ -53,7 +53,7 @@ addEventListener("load", async () => {
     const [H, S] = document.querySelectorAll("svg.blocks"), root = document.documentElement;
     result.width = innerWidth;
     result.reach = root.scrollWidth;
-    result.first = [...document.querySelectorAll(".scroll")].map((box) => [box.scrollWidth, box.clientWidth])[0];
+    result.first = [...document.querySelectorAll(".scroll:has(table)")].map((box) => [box.scrollWidth, box.clientWidth])[0];
     result.paper = getComputedStyle(document.body).backgroundColor;
     result.sliders = [...document.querySelectorAll(".player")].map(useSlider);
     result.H = useMatrix(H);
