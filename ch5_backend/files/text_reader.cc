@@ -99,6 +99,8 @@ TextReader::TextReader(const std::string& path) : path_(path), text_(ReadAll(pat
   if (is_bzip2 || std::any_of(std::begin(kOthers), std::end(kOthers), begins)) {
     Fail("the file is compressed; unpack it first (bunzip2, gunzip, unzip, unxz or unzstd)");
   }
+  if (begins("version https://git-lfs")) Fail("a pointer of Git LFS, not the file itself; git lfs pull fetches that");
+  if (begins("<!DOCTYPE") || begins("<!doctype") || begins("<html")) Fail("a web page, not the file itself");
   if (text_.compare(0, 2, "\xff\xfe") == 0 || text_.compare(0, 2, "\xfe\xff") == 0) {
     Fail("the file is in UTF-16; save it as UTF-8");
   }

@@ -348,6 +348,8 @@ TEST_F(G2o, OtherFilesAreRefused) {
                           10),
               1, "expected a tag");
   ExpectError(std::string(kTwoPoses) + std::string("\0\0\0", 3) + "\n", 3, "\\x00");
+  ExpectError("version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 123\n", 1, "a pointer of Git LFS");
+  ExpectError("<!DOCTYPE html>\n<html>404</html>\n", 1, "a web page");
   EXPECT_THROW(Read(""), FileError);
   EXPECT_THROW(Read("# nothing\n\n"), FileError);
   std::ofstream(path_, std::ios::binary) << "VERTEX_CAM 0 1 2 3 0 0 0\n";  // a tag that is not known, and nothing else
