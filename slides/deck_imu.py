@@ -3,12 +3,15 @@ chapter's."""
 
 import numpy as np
 
+from matplotlib import patches
+from PIL import Image
+
 from ch5_backend.figures import systems
 from ch5_backend.figures.numbers.systems import CALIBRATION_GOALS, RECORDINGS
 from ch5_backend.figures.numbers.windows import KEPT
-from ch5_backend.figures.slide import INK, MUTED, Figures
+from ch5_backend.figures.slide import INK, LANDMARK, MUTED, PRIOR, Figures
 
-from .deck_imu_facts import FLIGHTS, exp, facts, paired, right_jacobian  # noqa: F401
+from .deck_imu_facts import DRAWN, FLIGHTS, HALF, LARGER, PHOTO, PLACES, eigenvalues, exp, facts, paired, right_jacobian, short_number, spread  # noqa: F401
 
 FIGURES = Figures({"ahead": "ahead, few tracks", "ahead with 100 tracks": "ahead, many tracks"})
 
@@ -22,6 +25,32 @@ def small_turns(slide, tables, say):
         off = [np.linalg.norm(exp(theta + size * along) - exp(theta) @ exp(J @ along * size)) / 2 ** 0.5 for size in sizes]
         axes.plot(sizes, off, marker="o", label=label)
     slide.legend(axes, 800, 90)
+
+
+@FIGURES.figure(1060, 262, "A photograph with its corners, and three patches with the ellipse of each")
+def corners(slide, tables, say):
+    """All corners; then σ of each kind of place, DRAWN times LARGER times as large, on the photograph's own pixels."""
+    photo = np.asarray(Image.open(PHOTO))
+    axes = slide.axes((0, 0, 262, 262), x=(0, photo.shape[1]), y=(photo.shape[0], 0))
+    axes.imshow(photo, cmap="gray", interpolation="none")
+    found = KEPT("corners", kind="corner")
+    axes.plot(found["x"], found["y"], "o", color=PRIOR, markersize=2.6)
+    axes.set_axis_off()
+    for k, (kind, name) in enumerate(PLACES.items()):
+        place = KEPT("corners", kind=kind)
+        x, y = place["x"][0], place["y"][0]
+        axes.add_patch(patches.Rectangle((x - HALF, y - HALF), 2 * HALF, 2 * HALF, fill=False, edgecolor=LANDMARK, linewidth=2))
+        patch = slide.axes((330 + 245 * k, 30, 170, 170), x=(x - HALF, x + HALF), y=(y + HALF, y - HALF), title=say(name))
+        left, top = int(x - HALF), int(y - HALF)  # a little more than is shown: the picture is in the file again
+        extent = (left - 0.5, left + 22.5, top + 22.5, top - 0.5)
+        patch.imshow(photo[top:top + 23, left:left + 23], cmap="gray", interpolation="nearest", vmin=0, vmax=255, extent=extent)
+        patch.set(xlim=(x - HALF, x + HALF), ylim=(y + HALF, y - HALF))
+        axis, sigmas = spread(kind)
+        patch.add_patch(patches.Ellipse((x, y), *(2 * DRAWN * LARGER * sigmas), angle=np.degrees(np.arctan2(axis[1], axis[0])), fill=False,
+                                        edgecolor=PRIOR, linewidth=2.5))
+        patch.set_axis_off()
+        slide.text(415 + 245 * k, 228, say("λ of H: {large}, {small}", **dict(zip(("large", "small"), map(short_number, eigenvalues(kind)[0][::-1])))), 16)
+        slide.text(415 + 245 * k, 254, say("σ [px]: {small}, {large}", small=short_number(sigmas[1]), large=short_number(sigmas[0])), 16)
 
 
 @FIGURES.figure(1120, 400, "What a preintegration claims, and what is measured")

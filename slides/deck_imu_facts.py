@@ -1,14 +1,20 @@
 """Every number of the deck, by name: from the kept tables, or Rodrigues' formula."""
 
+from pathlib import Path
+
 import numpy as np
 
 from ch5_backend.figures.numbers.systems import rotation_by_sample
 from ch5_backend.figures.numbers.windows import KEPT
-from ch5_backend.figures.style import percent
+from ch5_backend.figures.style import number, percent
 
 from .facts import gathered, typed_in
 
 FLIGHTS = ("ahead", "ahead with 100 tracks", "outward", "hand-held")
+
+PHOTO = Path(__file__).parent / "photo.png"
+PLACES = {"corner": "a corner", "edge": "an edge", "plain": "a plain surface"}
+HALF, GRAY_SIGMA, DRAWN, LARGER = 10.5, 5.0, 3, 40  # of the patch's side [px]; noise of a gray value, assumed; how many σ, how much larger
 
 
 def hat(a):
@@ -26,6 +32,23 @@ def right_jacobian(theta):
     return np.eye(3) - (1 - np.cos(angle)) / angle**2 * K + (angle - np.sin(angle)) / angle**3 * K @ K
 
 
+def eigenvalues(kind):
+    """Of the first such place's H = Σ ∇I ∇Iᵀ, ascending, and their directions as columns."""
+    rows = KEPT("corners", kind=kind)
+    xx, xy, yy = (rows[name][0] for name in ("xx", "xy", "yy"))
+    return np.linalg.eigh([[xx, xy], [xy, yy]])
+
+
+def spread(kind):
+    """The direction in which its place is least certain, and σ along it and across [px]: the roots of σ² H⁻¹'s eigenvalues."""
+    values, directions = eigenvalues(kind)
+    return directions[:, 0], GRAY_SIGMA / np.sqrt(values)
+
+
+def short_number(value):
+    return number(value, 2)
+
+
 def paired(flights):
     """ATE with first estimates less that without, each flight; mean, its standard error, and the error were the flights not the same."""
     without, full = (KEPT("first_estimates", policy="vins", setting=one, recording=flights)["ate_m"] for one in ("none", "full"))
@@ -41,7 +64,8 @@ def calibrated(policy, quantity, at):
 
 
 def table_facts(_):
-    return {"paired": paired, "flights": FLIGHTS, "calibrated": calibrated, "calibration": KEPT("calibration"), "walk": KEPT("walk_scale")}
+    return {"paired": paired, "flights": FLIGHTS, "calibrated": calibrated, "calibration": KEPT("calibration"), "walk": KEPT("walk_scale"),
+            "corners": KEPT("corners", kind="corner"), "spread": spread, "gray_sigma": GRAY_SIGMA, "drawn": DRAWN, "larger": LARGER}
 
 
 def imu_facts(_):

@@ -6,13 +6,14 @@ import unittest
 import numpy as np
 
 from tests.folder import FolderTest
-from tests.project import BUILD, DATA, run
+from tests.project import BUILD, DATA, ROOT, run
 
 from ch5_backend.course.documents import measure_speed
 from ch5_backend.course.experiments.figure_sets import SYSTEMS
 from ch5_backend.figures.numbers.windows import KEPT
 from ch5_backend.figures.tables import Tables
 
+CORNERS = BUILD / "tests" / "track" / "image_corners"
 TIMED = re.compile(r"milliseconds|microseconds|seconds|seconds_to_start|megabytes")  # other on each machine
 ROUNDING = {"back_ends": ("worst_error",)}  # to a factor
 
@@ -62,6 +63,12 @@ class KeptTables(FolderTest):
             kept = Tables(measure_speed.MEASURED)(name)
             self.assertEqual([int(row[1]) for row in rows], kept["iteration"].tolist(), name)
             np.testing.assert_allclose([float(row[-1]) for row in rows], kept["cost"], 1e-6, err_msg=name)
+
+    def test_corners_of_the_photograph(self):
+        if not CORNERS.exists():
+            self.skipTest("without OpenCV there is no front end")
+        run(CORNERS, ROOT / "slides" / "photo.png", self.folder / "corners.csv", check=True)
+        self.assert_equal_rows("corners", Tables(self.folder)("corners"), KEPT("corners"))
 
     def test_hosts_on_recordings(self):
         self.program("ch5_nees", "--recordings", DATA, "--out", self.folder)
