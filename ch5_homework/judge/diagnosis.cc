@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <map>
 #include <optional>
 #include <sstream>
 
@@ -62,6 +63,22 @@ bool IsAnswer(const Claim& claim, const MatXX& answer) {
          LargestEntry(claim.got - answer) <= 0.1 * LargestEntry(answer - claim.expected);
 }
 
+// The right answers so far, of calls that were right, by what they are called.
+struct Earlier {
+  std::vector<MatXX> answers;
+  std::optional<formula::Formula> first;
+};
+Earlier& CallsBefore(const Claim& claim) {
+  static std::map<std::string, Earlier> calls;
+  return calls[claim.check.variable];
+}
+
+bool IsOfAnEarlierCall(const Claim& claim) {
+  const auto& answers = CallsBefore(claim).answers;
+  return std::any_of(answers.begin(), answers.end(),
+                     [&](const MatXX& answer) { return Equal(claim.got, answer, kMistakeMatch); });
+}
+
 // Memory that was never set, or has been freed, gets its own message.
 std::optional<Mistake> FindMistake(const Claim& claim) {
   if (HoldsUnset(claim.got) || claim.got.size() == 0) return {};
@@ -73,7 +90,8 @@ std::optional<Mistake> FindMistake(const Claim& claim) {
   if (const auto found = find(claim.check.mistakes)) return found;
   if (claim.formula == nullptr || claim.got.isZero(0.0)) return {};  // many slips give zero
   const auto is = [&](const MatXX& answer) { return IsAnswer(claim, answer); };
-  if (const auto slip = FindSlip(*claim.formula, claim.got, is)) return slip;
+  const auto& first = CallsBefore(claim).first;
+  if (const auto slip = FindSlip(*claim.formula, claim.got, is, first ? &*first : nullptr)) return slip;
   return find(claim.check.vaguer);
 }
 
@@ -128,7 +146,7 @@ double OnTheDiagonal(const MatXX& A, double zero) {
 
 // Of a vector whose wrong entries are right ones of other places: where the first belongs. Nothing if that is not certain.
 Text BelongsElsewhere(const Claim& claim) {
-  if (claim.got.cols() != 1) return {};
+  if (claim.got.cols() != 1 || HasIntegersAlone(claim.expected)) return {};  // where whole numbers meet by chance
   const VecX got = claim.got, expected = claim.expected;
   Text first;
   for (Eigen::Index i = 0; i < got.size(); ++i) {
@@ -182,20 +200,6 @@ Text SymptomOfTheWhole(const Claim& claim) {
   if (const Text elsewhere = BelongsElsewhere(claim); !elsewhere.empty()) return elsewhere;
   if (SameNumbersElsewhere(got, expected, kMistakeMatch)) return "matrix.wrong_places";
   return {};
-}
-
-// The right answers so far, by what they are called.
-using Answers = std::vector<std::pair<std::string, MatXX>>;
-Answers& AnswersSoFar() {
-  static Answers answers;
-  return answers;
-}
-
-bool IsOfAnEarlierCall(const Claim& claim) {
-  const Answers& answers = AnswersSoFar();
-  return std::any_of(answers.begin(), answers.end(), [&](const auto& answer) {
-    return answer.first == claim.check.variable && Equal(claim.got, answer.second, kMistakeMatch);
-  });
 }
 
 // What can be said of a wrong matrix that no typical mistake explains.
@@ -430,7 +434,10 @@ void Require(const Claim& claim) {
   const auto& [check, expected, got, formula] = claim;
   RecordMargin(claim);
   if (Equal(got, expected, check.tolerance)) {
-    if (!check.variable.empty()) AnswersSoFar().emplace_back(check.variable, expected);
+    if (check.variable.empty()) return;
+    Earlier& before = CallsBefore(claim);
+    before.answers.push_back(expected);
+    if (formula != nullptr && !before.first) before.first = *formula;
     return;
   }
   testing::Test::RecordProperty("picture", Picture(claim));

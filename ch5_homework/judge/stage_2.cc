@@ -32,6 +32,27 @@ Names VariableNames(const right::Order& order) {
   return names;
 }
 
+// The first row, or column, that is another one of the symmetric matrix that was given.
+Mistakes MovedAstray(const MatXX& given, const MatXX& got, const right::Order& order) {
+  if (got.rows() != given.rows() || got.cols() != given.cols()) return {};
+  MatXX sources = given;
+  for (size_t k = 0; k < order.size(); ++k) sources.col(static_cast<Eigen::Index>(k)) = given.col(order[k]);
+  for (const bool rows : {true, false}) {
+    const MatXX is = rows ? got : got.transpose();
+    for (size_t k = 0; k < order.size(); ++k) {
+      const MatXX row = is.row(static_cast<Eigen::Index>(k));
+      for (int other = 0; other < given.rows() && !Equal(row, sources.row(order[k]), 1e-12); ++other) {
+        if (!Equal(row, sources.row(other), 1e-12)) continue;
+        return {{rows ? "2a" : "2b",
+                 {rows ? "2.row_is_another" : "2.column_is_another",
+                  {{"i", Word(k)}, {"other", Word(other)}, {"right", Word(order[k])}}},
+                 got}};
+      }
+    }
+  }
+  return {};
+}
+
 void CheckMove(const Marginalization& c, const right::Moved& right, const right::Prior& prior,
                const MarginalizeResult& got) {
   const MatXX &H = Value(right.H.right), &b = Value(right.b.right);
@@ -44,7 +65,8 @@ void CheckMove(const Marginalization& c, const right::Moved& right, const right:
     return Mistakes{{"2d", {"2.changed_in_place", {{"it", Word(std::string(it))}}}, moved}};
   };
   const Mistakes in_H = reduced("H_marg", H, Value(prior.H.right)), in_b = reduced("b_marg", b, Value(prior.b.right));
-  Require({c.Of("2.H_marg_after_move"), rows_are_right ? "2b" : "2a", "H_marg", names, 1e-12, in_H}, right.H,
+  const Mistakes astray = Equal(got.H_moved, H, 1e-12) ? Mistakes() : MovedAstray(c.H, got.H_moved, right.order);
+  Require({c.Of("2.H_marg_after_move"), rows_are_right ? "2b" : "2a", "H_marg", names, 1e-12, in_H, astray}, right.H,
           got.H_moved);
   Require({c.Of("2.b_marg_after_move"), "2a", "b_marg", names, 1e-12, in_b}, right.b, got.b_moved);
 }

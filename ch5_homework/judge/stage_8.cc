@@ -49,9 +49,13 @@ void CheckDamping(const std::vector<Trial>& trials, bool accepted, const Names& 
     before[k] = t.lambda, lambda[k] = next.lambda, nu[k] = next.nu;
   }
   const double factor = lambda[0] / before[0];
-  const Mistakes always{{"8a", {"8.factor_always", {{"k", Word(factor)}}}, n > 1 ? MatXX(factor * before) : MatXX()}};
-  const right::NextDamping right(trials, accepted);
-  Require({PartOf(Word("λ"), what), "8a", "next.lambda", names, 1e-10, {}, always}, right.lambda, lambda);
+  Mistakes vaguer{{"8a", {"8.factor_always", {{"k", Word(factor)}}}, n > 1 ? MatXX(factor * before) : MatXX()}};
+  const VecX factors = lambda.cwiseQuotient(before);
+  const right::NextDamping right(trials, accepted, factors);
+  vaguer.push_back({"8a",
+                    {"8.other_limits", {{"low", Word(factors.minCoeff())}, {"high", Word(factors.maxCoeff())}}},
+                    right.between_other_limits});
+  Require({PartOf(Word("λ"), what), "8a", "next.lambda", names, 1e-10, {}, vaguer}, right.lambda, lambda);
   Require({PartOf(Word("ν"), what), "8a", "next.nu", names}, right.nu, nu);
 }
 

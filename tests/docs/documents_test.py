@@ -157,8 +157,8 @@ class Documents(unittest.TestCase):
             self.assertEqual([name for row in rows for name in re.findall(r"`([\w-]+)`", row)], pages, path)
 
     def test_instructors_guide_has_the_points_of_the_rubric(self):
-        rubric = json.loads(read(ROOT / "ch5_homework/rubric.json"))["stages"]
-        wanted = {stage: sum(checks.values()) for stage, checks in rubric.items()}
+        stages = json.loads(read(ROOT / "ch5_homework/stages.json"))["stages"]
+        wanted = {stage["id"]: sum(stage["points"].values()) for stage in stages}
         for path in GUIDES:
             rows = re.findall(r"^\| ([\d.]+) \| (\d+) \|", sections(read(path))[4][1], re.M)
             self.assertEqual({stage: int(points) for stage, points in rows}, wanted, path)

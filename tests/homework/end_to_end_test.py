@@ -130,6 +130,6 @@ class EndToEnd(unittest.TestCase):
         done = course("check", "3", "--json")
         self.assertEqual(states(done), {"3": "does-not-compile"})
         self.assertIn("gauge_prior.cc is missing; ./course reset gauge_prior.cc", hints(done)["3"])
-        unknown = course("check", "9")
+        unknown = course("check", "99")
         self.assertEqual(unknown.returncode, 2)
-        self.assertIn("unknown stage '9'", unknown.stderr)
+        self.assertIn("unknown stage '99'", unknown.stderr)

@@ -37,7 +37,9 @@ TEST(Formula, HasTheValueAndTheNameOfThePage) {
   const Solved s;
   EXPECT_TRUE(Equal(Value(s.y.right), s.A.inverse() * (s.c() - s.C * s.x), 1e-9));
   EXPECT_EQ(NameOf(s.y.right), "A⁻¹ (c − C x)");
-  EXPECT_EQ(NameOf(Transpose(Named(s.y.right, NameOf(s.y.right)))), "(A⁻¹ (c − C x))ᵀ");
+  const Expression turned = Transpose(Named(s.y.right, NameOf(s.y.right)));
+  EXPECT_EQ(NameOf(turned), "(A⁻¹ (c − C x))ᵀ");
+  EXPECT_EQ(NameOf(Transpose(turned)), "(A⁻¹ (c − C x))");
 }
 
 TEST(Formula, HasNoValueWhereTheSizesDoNotFit) {
@@ -117,6 +119,31 @@ TEST(Formula, NamesNothingElse) {
   EXPECT_EQ(s.Named(Numbers(3, 1, 8.0)), "");
 }
 
+// Copies side by side, one of them over what another has written; and a part of the first call's formula in the second's.
+TEST(Formula, NamesWhatLandsElsewhereOrStays) {
+  const Source whole("M", Numbers(4, 4, 0.3));
+  const Formula copied{
+      Assembly("H", 6, 6, {{whole.Block("A", 0, 0, 2, 2), {0, 0}}, {whole.Block("B", 0, 2, 2, 2), {0, 4}}})};
+  MatXX got = MatXX::Zero(6, 6);
+  got.topLeftCorner(2, 2) = Numbers(4, 4, 0.3).topLeftCorner(2, 2);
+  got.block(0, 1, 2, 2) = Numbers(4, 4, 0.3).topRightCorner(2, 2);
+  const auto found = FindSlip(copied, got, [&](const MatXX& answer) { return Equal(got, answer, 1e-9); });
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->cause.Json(),
+            R"~({"id": "formula.lies_at", "block": "B", "i": "0", "j": "1", "row": "0", "column": "4"})~");
+
+  const auto product = [](double call) {
+    return Formula{Matrix("A", Numbers(3, 3, call)) * Matrix("x", Numbers(3, 1, 2.0 * call))};
+  };
+  const Formula first = product(1.0), second = product(2.0);
+  const MatXX kept = Numbers(3, 3, 1.0) * Numbers(3, 1, 4.0);
+  const auto is_kept = [&](const MatXX& answer) { return Equal(kept, answer, 1e-9); };
+  EXPECT_FALSE(FindSlip(second, kept, is_kept));
+  const auto stays = FindSlip(second, kept, is_kept, &first);
+  ASSERT_TRUE(stays);
+  EXPECT_EQ(stays->cause.Json(), R"~({"id": "formula.kept_from_the_first", "this": "A"})~");
+}
+
 // Two edges add JᵀJ of their own; what one statement of the loop does, it does for both.
 TEST(Formula, NamesASlipInALoop) {
   std::vector<Share> shares;
@@ -141,6 +168,17 @@ TEST(Formula, NamesASlipInALoop) {
   EXPECT_EQ(named(assembled(1.0, 1.0)), R"~({"id": "formula.missing_in", "this": "W", "product": "Jᵀ W J"})~");
   EXPECT_EQ(named(assembled(0.0, 3.0)),
             R"~({"id": "formula.shares_missing", "kind": {"id": "a.first"}, "matrix": "H"})~");
+
+  // J of the first turn in every turn; a block that loses its signs, or lands a row too far.
+  MatXX kept = assembled(2.0, 0.0), unsigned_ones = kept, shifted = kept;
+  kept.bottomRightCorner(2, 2) += 3.0 * J[0].transpose() * J[0];
+  EXPECT_EQ(named(kept), R"~({"id": "formula.kept_from_the_first", "this": "J"})~");
+  unsigned_ones.bottomRightCorner(2, 2) += 3.0 * J[1].cwiseAbs().transpose() * J[1].cwiseAbs();
+  EXPECT_EQ(
+      named(unsigned_ones),
+      R"~({"id": "formula.in_kind", "kind": {"id": "a.last"}, "cause": {"id": "formula.signs_lost", "matrix": "J"}})~");
+  shifted.topRightCorner(2, 2) += 3.0 * J[1].transpose() * J[1];
+  EXPECT_EQ(named(shifted), R"~({"id": "formula.one_row_off", "kind": {"id": "a.last"}})~");
 
   MatXX twice = Value(H.right);
   twice.topRightCorner(2, 2) += Value(shares[0].x);

@@ -9,10 +9,11 @@ import sys
 from pathlib import Path
 
 from ch5_backend.course.base.language import sentence
-from ch5_backend.course.homework.regions import FILES, regions, solution_text, stage_of
+from ch5_backend.course.homework.regions import FILES, STAGE_TABLE, regions, solution_text, stage_of
 from ch5_backend.course.homework.samples import Sample, filled, read_mistakes, read_samples, sections
 
 RIGHT = Path(__file__).parent / "samples"
+CHECKS = STAGE_TABLE.parent / "judge" / "checks"
 
 # Whose functions students write, the others being free.
 CLASSES = ("Problem", "MarginalizationError", "MarginalizationInfo", "PlainBlockSolver")
@@ -67,8 +68,14 @@ def derived_class(name: str, text: str) -> str:
     return f"class {name} : public ch5::{name} {{\n public:\n  using ch5::{name}::{name};\n  {members}\n}};"
 
 
+def linked_functions(name: str) -> list:
+    """[("open_tasks", "{&UpdateDamping, …}")]: which functions of a file its checks call."""
+    return re.findall(r"Linked\(\)->(\w+) = (.*?),\s+(?=Linked|AddChecks)", (CHECKS / name).read_text(encoding="utf-8"), re.DOTALL)
+
+
 def translation_unit(samples: list) -> str:
     includes = sorted({line for name in FILES for line in re.findall(r"^#include .*$", solution_text(name), re.MULTILINE)})
+    linked = "\n  ".join(f"own.{member} = {functions};" for name in FILES for member, functions in linked_functions(name))
     parts = ["// Written by tests/homework/samples.py.", *includes, '#include "ch5_homework/judge/submission.h"']
     for one in samples:
         text = code_of(one)
@@ -77,14 +84,12 @@ def translation_unit(samples: list) -> str:
 namespace ch5::sample_{one.name} {{
 {classes}
 {text}
-[[maybe_unused]] const bool registered = homework::Register(
-    "{one.name}", {{&homework::Make<ch5::Problem, Problem>, &Problem::TestMarginalize, &AddMonoBaEdges,
-                   {{&GaugeNullSpace, &GaugeProjection, &GaugeMotionJacobian, &TransformCovariance}},
-                   &homework::Make<ch5::MarginalizationError, MarginalizationError>,
-                   &homework::Make<ch5::MarginalizationInfo, MarginalizationInfo>,
-                   {{&DropSetOfMarginOld, &DropSetOfMarginSecondNew, &SlideWindow, &DetectFailure}},
-                   &homework::Make<ch5::PlainBlockSolver, PlainBlockSolver>,
-                   {{&UpdateDamping, &LinearizeProjection, &IntegrateImu, &LinearizeRange}}}});
+[[maybe_unused]] const bool registered = homework::Register("{one.name}", [] {{
+  using homework::Make;
+  homework::Submission own;
+  {linked}
+  return own;
+}}());
 }}  // namespace ch5::sample_{one.name}""")
     return "\n".join(parts) + "\n"
 

@@ -23,7 +23,7 @@ from . import classbook, gradebooks, likeness, outputs, pages, rename, summary
 from .engines import choose
 from .handed_in import gradescope, listed, named
 from .job import grade
-from .rubric import PATH, mark, read_rubric
+from .rubric import STAGE_TABLE, mark, read_rubric
 from .sandbox import Unguarded
 from .submission import collect, handed_in, refuse
 from .toolchain import Infrastructure, Toolchain
@@ -43,7 +43,7 @@ def run_grade(arguments) -> int:
     book = the_class(arguments, points)
     lacking = [stage["id"] for stage in stages if stage["id"] not in rubric]
     if lacking:
-        raise CourseError(f"{PATH}: no points for stage {', '.join(lacking)}")
+        raise CourseError(f"{STAGE_TABLE}: no points for stage {', '.join(lacking)}")
     submissions = named(listed(arguments.submissions, arguments.list))
     if arguments.trust:
         warn("--trust: NO SANDBOX. The submissions' code runs as you, with all that you may do.")

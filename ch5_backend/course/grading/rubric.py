@@ -1,26 +1,20 @@
-"""Points: each check of a stage has some, in ch5_homework/rubric.json. What is missing or crashes keeps its points in the
-denominator."""
+"""Points: each check of a stage has some, in its row of ch5_homework/stages.json. What is missing or crashes keeps its points
+in the denominator."""
 
-import json
 import math
 
-from ..base.cmake_build import ROOT
 from ..base.errors import CourseError
-
-PATH = ROOT / "ch5_homework" / "rubric.json"
+from ..homework.regions import STAGES, STAGE_TABLE
 
 
 def read_rubric() -> dict:
-    """{stage: {check: points}}. Raises CourseError if the file does not say that."""
-    try:
-        stages = json.loads(PATH.read_text(encoding="utf-8"))["stages"]
-        for stage, checks in stages.items():
-            for check, points in checks.items():
-                if isinstance(points, bool) or not isinstance(points, (int, float)) or not 0 <= points <= 1000:
-                    raise CourseError(f"{PATH}: stage {stage}, check {check}: points must be a number from 0 to 1000, got {points!r}")
-        return stages
-    except (OSError, ValueError, KeyError, AttributeError, TypeError) as error:
-        raise CourseError(f"{PATH}: this is no rubric: {error}") from error
+    """{stage: {check: points}}. Raises CourseError if the table does not say that."""
+    rubric = {stage["id"]: stage["points"] for stage in STAGES if "points" in stage}
+    for stage, checks in rubric.items():
+        for check, points in checks.items():
+            if isinstance(points, bool) or not isinstance(points, (int, float)) or not 0 <= points <= 1000:
+                raise CourseError(f"{STAGE_TABLE}: stage {stage}, check {check}: points must be a number from 0 to 1000, got {points!r}")
+    return rubric
 
 
 def marks(checks: dict, passed: set) -> list:

@@ -83,8 +83,7 @@ def run_status(as_json: bool, language: str) -> int:
 
 def points(open_stages: list, say: Speaker) -> str:
     """The points of the right stages; a stage that is not right may have earned some, too."""
-    worth = {stage: sum(checks.values()) for stage, checks in
-             json.loads((ROOT / "ch5_homework" / "rubric.json").read_text(encoding="utf-8"))["stages"].items()}
+    worth = {stage["id"]: sum(stage.get("points", {}).values()) for stage in STAGES}
     earned = sum(points for stage, points in worth.items() if stage not in open_stages)
     return say("status.points", points=f"{earned:g}", all=f"{sum(worth.values()):g}")
 

@@ -21,7 +21,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[3]
-TABLE = json.loads((ROOT / "ch5_homework" / "stages.json").read_text(encoding="utf-8"))
+STAGE_TABLE = ROOT / "ch5_homework" / "stages.json"
+TABLE = json.loads(STAGE_TABLE.read_text(encoding="utf-8"))
 STAGES, NAME_CAUSE_AT_FAILURE = TABLE["stages"], TABLE["name_cause_at_failure"]
 FILES = sorted({stage["file"] for stage in STAGES})
 

@@ -171,8 +171,8 @@ MatXX PlainBlockSolver::SchurComplement() const {
   MatXX S = MatXX::Zero(ordering_.dim_poses, ordering_.dim_poses);
   for (const auto& [place, block] : S_.All()) {
     const int row = PoseRow(place.first), column = PoseRow(place.second);
-    S.block(row, column, block.rows(), block.cols()) = block;
     S.block(column, row, block.cols(), block.rows()) = block.transpose();
+    S.block(row, column, block.rows(), block.cols()) = block;  // last: on the diagonal it is what stands there
   }
   return S;
 }

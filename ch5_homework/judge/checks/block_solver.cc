@@ -55,7 +55,7 @@ void Solve(const Submission& student, const Values& given, Answer* answer) {
 }
 
 [[maybe_unused]] const bool added =
-    (Linked()->make_block_solver = &Make<PlainBlockSolver, PlainBlockSolver>,
+    (Linked()->make_block_solver = &Make<ch5::PlainBlockSolver, PlainBlockSolver>,
      AddChecks({{"BuildStructure", &BuildStructure}, {"BuildSystem", &BuildSystem}, {"Solve", &Solve}}));
 
 }  // namespace

@@ -62,7 +62,7 @@ void WholeTerm(const Submission& student, const Values& given, Answer* answer) {
 }
 
 [[maybe_unused]] const bool added =
-    (Linked()->make_marginalization_error = &Make<MarginalizationError, MarginalizationError>,
+    (Linked()->make_marginalization_error = &Make<ch5::MarginalizationError, MarginalizationError>,
      AddChecks({{"InsertBlock", &InsertBlock},
                 {"MarginalizationError::SchurComplement", &Eliminate},
                 {"UpdateErrorComputation", &UpdateErrorComputation},

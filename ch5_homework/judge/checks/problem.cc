@@ -57,7 +57,7 @@ void TestMarginalize(const Submission& student, const Values& given, Answer* ans
 }
 
 [[maybe_unused]] const bool added =
-    (Linked()->make_problem = &Make<Problem, Problem>, Linked()->test_marginalize = &Problem::TestMarginalize,
+    (Linked()->make_problem = &Make<ch5::Problem, Problem>, Linked()->test_marginalize = &Problem::TestMarginalize,
      AddChecks({{"MakeHessian", &MakeHessian},
                 {"SolveLinearSystem", &SolveLinearSystem},
                 {"TestMarginalize", &TestMarginalize}}));

@@ -188,7 +188,7 @@ void SlideAgainAndAgain(const Submission& student, const Values& given, Answer* 
 }
 
 [[maybe_unused]] const bool added =
-    (Linked()->make_marginalization_info = &Make<MarginalizationInfo, MarginalizationInfo>,
+    (Linked()->make_marginalization_info = &Make<ch5::MarginalizationInfo, MarginalizationInfo>,
      Linked()->vins_window = {&DropSetOfMarginOld, &DropSetOfMarginSecondNew, &SlideWindow, &DetectFailure},
      AddChecks({{"PreMarginalize", &PreMarginalize},
                 {"ConstructA", &ConstructA},

@@ -222,7 +222,11 @@ std::string NameOf(const Expression& x) {
     case Kind::kMatrix:
     case Kind::kAssembly: return name;
     case Kind::kInverse: return BaseName(x->parts[0]) + "⁻¹";
-    case Kind::kTranspose: return BaseName(x->parts[0]) + "ᵀ";
+    case Kind::kTranspose: {
+      const std::string base = BaseName(x->parts[0]), mark = "ᵀ";
+      const bool twice = base.size() > mark.size() && base.compare(base.size() - mark.size(), mark.size(), mark) == 0;
+      return twice ? base.substr(0, base.size() - mark.size()) : base + mark;
+    }
     case Kind::kProduct:
       for (const Expression& part : x->parts) {
         name += (name.empty() ? "" : " ") + (part->kind == Kind::kProduct ? NameOf(part) : FactorName(part));

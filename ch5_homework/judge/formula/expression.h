@@ -75,6 +75,7 @@ struct Share {
   struct Elsewhere {
     Text name;
     Place place;
+    bool transposed = false;
   };
   std::vector<Elsewhere> elsewhere = {};  ///< where it may be added by mistake; outside of the matrix: not at all
   bool assigned = false;                  ///< = for +=

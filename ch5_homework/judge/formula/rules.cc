@@ -379,7 +379,8 @@ const std::vector<Rule>& Rules() {
       &FactorsTransposed, &FactorsInAnotherOrder, &InverseOfAnother,   &DirectionsCut,      &OnlyDiagonal,
       &OnlyTriangle,      &PartsOfATerm,          &PartsOfABlock,      &RootOfInverse,      &Inverted,
       &BlockOfTheInverse, &AnotherPlace,          &MultipleOfIAdded,   &TurnsOfALoop,       &SharesElsewhere,
-      &SharesOfAKind,     &FactorTooMany,         &TermsOfOtherCounts, &MultiplesOfAVector, &ShareTooMany};
+      &SharesOfAKind,     &FactorTooMany,         &TermsOfOtherCounts, &MultiplesOfAVector, &SignsLost,
+      &SharesOffByOne,    &ShareTooMany,          &ShareAtAnotherPlace};
   return rules;
 }
 

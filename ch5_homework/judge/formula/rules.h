@@ -65,6 +65,7 @@ void Transposed(const View& v);
 void Inverted(const View& v);
 void OnlyDiagonal(const View& v);
 void OnlyTriangle(const View& v);
+void SignsLost(const View& v);
 void PartsOfABlock(const View& v);
 void PartsOfATerm(const View& v);
 void PartZero(const View& v);
@@ -74,7 +75,9 @@ void AnotherPlace(const View& v);
 void TurnsOfALoop(const View& v);
 void SharesOfAKind(const View& v);
 void SharesElsewhere(const View& v);
+void SharesOffByOne(const View& v);
 void ShareTooMany(const View& v);
+void ShareAtAnotherPlace(const View& v);
 
 // ---- what rules and the search have in common ------------------------------------------------------------------------
 

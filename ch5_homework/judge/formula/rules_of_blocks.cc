@@ -37,7 +37,9 @@ void TransposeForgotten(const View& v) {
 }
 
 void Transposed(const View& v) {
-  if (!CanBeMistaken(v) || !TryValue(v.x) || TryValue(v.x)->rows() == 1 || TryValue(v.x)->cols() == 1) return;
+  const auto& A = TryValue(v.x);
+  if (!CanBeMistaken(v) || !A || A->rows() == 1 || A->cols() == 1) return;
+  if (A->rows() == A->cols() && A->isApprox(-A->transpose(), 1e-12)) return;  // a sign, rather
   v.report(StandsFor(v, NameOf(Transpose(v.x))), Transpose(v.x));
 }
 
@@ -58,6 +60,12 @@ void OnlyTriangle(const View& v) {
   for (const MatXX& half : {MatXX(A->triangularView<Eigen::Upper>()), MatXX(A->triangularView<Eigen::Lower>())}) {
     v.report(Say("formula.one_triangle_alone", {{"matrix", NameOf(v.x)}}), Matrix(NameOf(v.x), half));
   }
+}
+
+void SignsLost(const View& v) {
+  const auto& A = TryValue(v.x);
+  if (!A || A->size() < 2 || v.is_whole || (A->array() >= 0.0).all()) return;
+  v.report(Say("formula.signs_lost", {{"matrix", NameOf(v.x)}}), Matrix(NameOf(v.x), A->cwiseAbs()));
 }
 
 // ---- parts of a block, or of a term ----------------------------------------------------------------------------------

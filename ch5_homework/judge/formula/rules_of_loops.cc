@@ -123,13 +123,29 @@ void SharesElsewhere(const View& v) {
     const auto move = [&, wanted = &name, last = turn](bool is, Share* share) {
       int now = 0;
       for (const auto& other : share->elsewhere) {
-        if (is && other.name.Json() == wanted->Json() && now++ == last) share->place = other.place;
+        if (!is || other.name.Json() != wanted->Json() || now++ != last) continue;
+        share->place = other.place;
+        if (other.transposed) share->x = Transpose(share->x);
       }
       return true;
     };
     v.report(name, WithShares(v.x, nullptr, move));
     for (const Text& kind : kinds) {
       v.report({"formula.in_kind", {{"kind", kind}, {"cause", name}}}, WithShares(v.x, &kind, move));
+    }
+  }
+}
+
+/// All shares of a kind a row or a column too far on, or not far enough.
+void SharesOffByOne(const View& v) {
+  if (v.x->kind != Kind::kAssembly) return;
+  for (const Text& kind : KindsOf(v.x)) {
+    for (const auto& [rows, columns] : {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}}) {
+      v.report({rows != 0 ? "formula.one_row_off" : "formula.one_column_off", {{"kind", kind}}},
+               WithShares(v.x, &kind, [&, i = rows, j = columns](bool is, Share* share) {
+                 if (is) share->place = {share->place.row + i, share->place.column + j};
+                 return true;
+               }));
     }
   }
 }
@@ -162,6 +178,29 @@ void ShareTooMany(const View& v) {
         v.report(Say("formula.stands_there_too",
                      {{"this", NameOf(share.x)}, {"i", std::to_string(i)}, {"j", std::to_string(j)}}),
                  Matrix(v.x->name, v.got));
+      }
+    }
+  }
+}
+
+/// Of copies side by side, one at another place, where it replaces what is there.
+void ShareAtAnotherPlace(const View& v) {
+  if (v.x->kind != Kind::kAssembly || !v.is_whole) return;
+  for (size_t k = 0; k < v.x->shares.size(); ++k) {
+    const Share& right = v.x->shares[k];
+    if (!right.x->source || right.x->value.size() == 0) continue;
+    auto shares = v.x->shares;
+    shares[k].assigned = true;
+    for (Index i = 0; i + right.x->value.rows() <= v.x->rows; ++i) {
+      for (Index j = 0; j + right.x->value.cols() <= v.x->columns; ++j) {
+        shares[k].place = {i, j};
+        v.report(Say(v.x->columns == 1 ? "formula.lies_at_entry" : "formula.lies_at",
+                     {{"block", NameOf(right.x)},
+                      {"i", std::to_string(i)},
+                      {"j", std::to_string(j)},
+                      {"row", std::to_string(right.place.row)},
+                      {"column", std::to_string(right.place.column)}}),
+                 Assembly(v.x->name, v.x->rows, v.x->columns, shares));
       }
     }
   }

@@ -154,15 +154,37 @@ std::vector<Expression> NamedIn(const Formula& formula, const std::vector<Site>&
   return named;
 }
 
+/// The first node of each name, also in shares.
+std::map<std::string, Expression> FirstOnes(const Expression& x) {
+  std::vector<Family> families;
+  std::map<std::string, size_t> by_name;
+  std::set<const Node*> seen;
+  FindFamilies(x, true, {}, &by_name, &seen, &families);
+  std::map<std::string, Expression> first;
+  for (const auto& [name, number] : by_name) first.emplace(name, families[number].nodes[0]);
+  return first;
+}
+
 class Search {
  public:
   Search(const Formula& formula, const MatXX& got, const std::function<bool(const MatXX&)>& is)
       : formula_(formula), got_(got), is_(is) {}
 
+  /// What the first turn of a loop had, in the first call, wherever it is used.
+  std::optional<Mistake> Kept(const Expression& way, const Expression& of_first_call) {
+    for (const auto& [name, first] : FirstOnes(of_first_call)) {
+      const auto change = [&, &name = name, &first = first](const Expression& x) {
+        return x != first && NameOf(x) == name ? first : nullptr;
+      };
+      Try(Say("formula.kept_from_the_first", {{"this", name}}), {}, ReplaceAll(way, change));
+    }
+    return found_;
+  }
+
   std::optional<Mistake> In(const Expression& way) {
     std::vector<Site> sites;
     Walk(way, {}, {}, true, &sites);
-    const std::vector<Expression> named = NamedIn(formula_, sites);
+    const auto named = formula_.listed_alone ? std::vector<Expression>() : NamedIn(formula_, sites);
     std::map<const Node*, int> uses;
     for (const Site& site : sites) ++uses[site.x.get()];
     std::vector<Family> families;
@@ -170,7 +192,7 @@ class Search {
     std::set<const Node*> seen;
     FindFamilies(way, false, {}, &by_name, &seen, &families);
     const std::vector<KindOfShare> kinds = KindsIn(sites);
-    for (const Rule rule : Rules()) {
+    for (const Rule rule : formula_.listed_alone ? std::vector<Rule>{&AnotherForIt} : Rules()) {
       if (rule == &TransposeForgotten) {  // before what replaces another
         for (const auto& [cause, changed] : FromOtherSources(way, sites)) Try(cause, {}, changed);
         for (const auto& [cause, changed] : BlocksExchanged(way, sites)) Try(cause, {}, changed);
@@ -243,6 +265,12 @@ class Search {
   std::optional<Mistake> found_;
 };
 
+std::vector<Expression> WaysOf(const Formula& formula) {
+  std::vector<Expression> ways = formula.as_well;
+  ways.insert(ways.begin(), formula.right);
+  return ways;
+}
+
 /// "edge 0: 2.5, edge 3: 1": which shares give something to an entry, the largest first.
 Text SharesAt(const Node& assembly, Index row, Index column) {
   std::vector<std::pair<double, const Share*>> given;
@@ -263,11 +291,14 @@ Text SharesAt(const Node& assembly, Index row, Index column) {
 }  // namespace
 
 std::optional<Mistake> FindSlip(const Formula& formula, const MatXX& got,
-                                const std::function<bool(const MatXX& answer)>& is) {
+                                const std::function<bool(const MatXX& answer)>& is, const Formula* first) {
   Search search(formula, got, is);
-  if (auto found = search.In(formula.right)) return found;
-  for (const Expression& way : formula.as_well) {
+  const std::vector<Expression> ways = WaysOf(formula), of_first = WaysOf(first != nullptr ? *first : formula);
+  for (const Expression& way : ways) {
     if (auto found = search.In(way)) return found;
+  }
+  for (size_t k = 0; k < std::min(ways.size(), of_first.size()); ++k) {
+    if (auto found = search.Kept(ways[k], of_first[k])) return found;
   }
   return {};
 }

@@ -35,12 +35,14 @@ struct Formula {
   std::vector<Expression> beside = {};   ///< what else is at hand, and may be taken by mistake
   std::vector<Expression> as_well = {};  ///< other ways to the right answer
   std::vector<Part> rows = {};           ///< parts of the answer
+  bool listed_alone = false;             ///< no rule knows slips in it, only its own MistakenFor
 };
 
 /// The likeliest slip whose answer is `got`.
-/// @param is  whether an answer is what the student has
+/// @param is     whether an answer is what the student has
+/// @param first  the same formula of the first call, from which a static variable may have its value
 std::optional<Mistake> FindSlip(const Formula& formula, const MatXX& got,
-                                const std::function<bool(const MatXX& answer)>& is);
+                                const std::function<bool(const MatXX& answer)>& is, const Formula* first = nullptr);
 
 /// "(3, 4): H_pp gives 2.5, −H_pm H_mm⁻¹ H_mp gives −1": what the terms of a sum give to an entry; nothing of other formulas.
 Text TermsOf(const Expression& x, Eigen::Index row, Eigen::Index column);

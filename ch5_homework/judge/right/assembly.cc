@@ -141,6 +141,7 @@ struct Wrong {
     }
     if (of_b) return places;
     places.push_back({"assembly.places_exchanged", {t.column, t.row}});
+    places.push_back({"assembly.mirror_at_first", t.is_mirrored ? Place{t.column, t.row} : own, t.is_mirrored});
     const Place swapped = (t.row > t.column) != t.is_mirrored ? Place{t.column, t.row} : own;
     places.push_back({"assembly.moved_to_triangle_not_transposed", swapped});
     places.push_back({"assembly.row_of_other_vertex", {t.row, t.row}});
@@ -173,15 +174,18 @@ struct Weights {
 };
 
 Expression BlockOf(const Turn& t) {
-  const Expression J_i = Matrix("J_i", t.edge().Jacobian(t.at_i)), J_j = Matrix("J_j", t.edge().Jacobian(t.at_j));
-  const Expression block = Transpose(MistakenFor(J_i, {J_j})) * Weights(t.edge()).W_rho * MistakenFor(J_j, {J_i});
+  const Expression J_i = Matrix("J_i", t.edge().Jacobian(t.at_i)), J_j = Matrix("J_j", t.edge().Jacobian(t.at_j)),
+                   J_0 = Matrix("J_0", t.edge().Jacobian(0));
+  const Expression block =
+      Transpose(MistakenFor(J_i, {J_j, J_0})) * Weights(t.edge()).W_rho * MistakenFor(J_j, {J_i, J_0});
   return MistakenFor(Named(block, NameOf(block)), {block + Transpose(block)});
 }
 
 /// What a vertex adds to b; also as often as a loop over pairs comes by.
 Expression SegmentOf(const Turn& t) {
+  const Expression J_i = Matrix("J_i", t.edge().Jacobian(t.at_i)), J_0 = Matrix("J_0", t.edge().Jacobian(0));
   const Expression segment =
-      Transpose(Matrix("J_i", t.edge().Jacobian(t.at_i))) * Weights(t.edge()).rho_W * Matrix("r", t.edge().Residual());
+      Transpose(MistakenFor(J_i, {J_0})) * Weights(t.edge()).rho_W * Matrix("r", t.edge().Residual());
   int before = 0, all = 0;  // free vertices
   for (size_t k = 0; k < t.edge().Vertices().size(); ++k) {
     if (t.edge().Vertices()[k]->IsFixed()) continue;

@@ -95,12 +95,16 @@ Expression ReducedLoop(const Sights& sights, const VecX& b_p) {
   std::vector<Share> shares{{Matrix("b_p", b_p), {0, 0}}};
   sights.ForEach([&](const Vertex& pose, const Vertex& landmark, const std::vector<Share::Turn>& turns) {
     const auto of = sights.Of(pose, pose, landmark);
+    const auto& poses = sights.ordering.poses;
     const int i = number[&pose];
+    const size_t l = std::min(turns[0].number, poses.size() - 1);
     shares.push_back({-(of.H_il * of.H_ll_inverse * of.b_l),
                       {pose.OrderingId(), 0},
                       {},
                       sights.KindsOf(pose),
-                      {{"7.pose_number_for_row", {i, 0}}, {"7.six_rows_each", {6 * i, 0}}},
+                      {{"7.pose_number_for_row", {i, 0}},
+                       {"7.six_rows_each", {6 * i, 0}},
+                       {"7.landmark_number_for_pose", {poses[l]->OrderingId(), 0}}},
                       false,
                       turns});
   });

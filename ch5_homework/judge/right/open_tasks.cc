@@ -58,13 +58,18 @@ Expression FactorAfterGain(const std::vector<Trial>& trials) {
 
 }  // namespace
 
-NextDamping::NextDamping(const std::vector<Trial>& trials, bool accepted) {
+NextDamping::NextDamping(const std::vector<Trial>& trials, bool accepted, const VecX& factors) {
   const int n = static_cast<int>(trials.size());
   const Expression l = Each("λ", trials, [](const Trial&t) { return t.lambda; }), two = Number("2", 2.0, n),
                    nu_before = Each("ν", trials, [](const Trial&t) { return t.nu; });
   const Expression twice = Named(2.0 * nu_before, "2 ν"), one = Number("1", 1.0, n);
   lambda = {AsVector(l * (accepted ? FactorAfterGain(trials) : nu_before)), {nu_before, twice, l + nu_before}};
-  nu = {AsVector(accepted ? two : two * nu_before), {nu_before, twice, l, one}};
+  const auto other = [&](const Trial& t) {
+    const double free = Nielsen((t.cost - t.trial_cost) / t.predicted);
+    return t.lambda * std::min(std::max(free, factors.minCoeff()), factors.maxCoeff());
+  };
+  if (accepted) between_other_limits = Value(AsVector(Each("", trials, other)));
+  nu = {AsVector(accepted ? two : two * nu_before), {nu_before, twice, l, one, two + nu_before}};
 }
 
 // ---- 8b --------------------------------------------------------------------------------------------------------------
@@ -72,7 +77,11 @@ NextDamping::NextDamping(const std::vector<Trial>& trials, bool accepted) {
 Projection::Projection(const Transform& T_W_B, const Transform& T_B_C, const Vec3& p_W) {
   const Vec3 d = p_W - T_W_B.p, p_B = T_W_B.q.conjugate() * d, p_C = T_B_C.q.conjugate() * (p_B - T_B_C.p);
   const Expression R_W_B = Matrix("R_W_B", T_W_B.q.toRotationMatrix()),
-                   R_B_C = Matrix("R_B_C", T_B_C.q.toRotationMatrix()), z_inverse = Inverse(Number("z", p_C.z()));
+                   R_B_C = Matrix("R_B_C", T_B_C.q.toRotationMatrix());
+  const auto inverse = [](const char* name, double x) { return Inverse(Number(name, x)); };
+  const Expression z_inverse =
+      MistakenFor(inverse("z", p_C.z()), {inverse("‖p_C‖", p_C.norm()), inverse("p_B.z", p_B.z()),
+                                          inverse("p_W.z", p_W.z()), inverse("x", p_C.x()), inverse("y", p_C.y())});
   const auto of_depth = [&](double own, double other) {
     return -(MistakenFor(Number("(x, y)", own), {Number("(y, x)", other)}) * z_inverse * z_inverse);
   };
@@ -91,7 +100,8 @@ Projection::Projection(const Transform& T_W_B, const Transform& T_B_C, const Vec
   over_position = {-point, {Named(rotation, "∂r/∂δθ")}};
   over_rotation = {rotation,
                    {arm("[p_C]", p_C), arm("[p_W − p]", d), arm("[p_W]", p_W), point * arm("[p_W − p]", d),
-                    point * arm("[p_W]", p_W), E * arm("[p_C]", p_C) * Transpose(R_B_C), Named(-point, "∂r/∂δp")}};
+                    point * arm("[p_W]", p_W), point * arm("[p_B]", p_B), E * arm("[p_C]", p_C) * Transpose(R_B_C),
+                    Named(-point, "∂r/∂δp")}};
 }
 
 // ---- 8c --------------------------------------------------------------------------------------------------------------
@@ -148,10 +158,11 @@ Expression Transition(const ImuStep& step, const ImuTerms& terms) {
 Expression NoiseToError(const ImuStep& step, const ImuTerms& terms) {
   const Text of_a = EntriesOf("∂[δp', δv']/∂n_a");
   const Expression &dt = terms.dt, J_r = Matrix("J_r", RightJacobianSO3(step.dt * step.w));
-  return Assembly("B", 9, 6,
-                  {{terms.half * dt * dt * terms.R_0, {0, 0}, {}, {of_a, EntriesOf("∂δp'/∂n_a")}},
-                   Block(dt * J_r, {3, 3}, {EntriesOf("∂δθ'/∂n_g")}, {3, 0}, "8.B_columns"),
-                   {dt * terms.R_0, {6, 0}, {}, {of_a, EntriesOf("∂δv'/∂n_a")}}});
+  return Assembly(
+      "B", 9, 6,
+      {Block(terms.half * dt * dt * terms.R_0, {0, 0}, {of_a, EntriesOf("∂δp'/∂n_a")}, {0, 3}, "8.B_columns"),
+       Block(dt * J_r, {3, 3}, {EntriesOf("∂δθ'/∂n_g")}, {3, 0}, "8.B_columns"),
+       Block(dt * terms.R_0, {6, 0}, {of_a, EntriesOf("∂δv'/∂n_a")}, {6, 3}, "8.B_columns")});
 }
 
 // Q
@@ -179,14 +190,15 @@ Integrated::Integrated(const ImuStep& step) {
   v = {velocity + dt * turned};
   R = {R_0 * Exp};
 
-  const Expression transition = Transition(step, terms), of_noise = NoiseToError(step, terms), noise = Noise(step, dt),
-                   uncertain = Matrix("P", step.before.covariance);
+  const Expression transition = Transition(step, terms), of_noise = NoiseToError(step, terms),
+                   variances = Noise(step, dt), uncertain = Matrix("P", step.before.covariance);
   MatXX two_signs = Value(of_noise);  // which of the two is wrong cannot be seen
   two_signs.topRows(3) *= -1.0;
   const Expression noise_to_error = MistakenFor(of_noise, {{Matrix("B", two_signs), "8.B_two_signs"}});
+  const Expression noise = MistakenFor(variances, {Matrix("Q^½", Value(variances).cwiseSqrt())});
   covariance = {Named(transition * uncertain * Transpose(transition), "A P Aᵀ") +
                 noise_to_error * noise * Transpose(noise_to_error)};
-  A = Value(transition), P = Value(uncertain), B = Value(of_noise), Q = Value(noise);
+  A = Value(transition), P = Value(uncertain), B = Value(of_noise), Q = Value(variances);
 }
 
 // ---- 8d --------------------------------------------------------------------------------------------------------------
@@ -207,7 +219,10 @@ Range::Range(const Transform& T_W_B, const Vec3& antenna, const Vec3& beacon, do
   const VecX u = Value(from_beacon) / h;
   const Expression along = MistakenFor(Matrix("u", u), {{Matrix("d", h * u), "8.range_not_a_unit"},
                                                         {Matrix("d / range", h / range * u), "8.range_not_a_unit"}});
-  const Expression arm = Matrix("[a]", Hat(antenna)), u_t = Transpose(along);
+  const Expression arm = MistakenFor(Matrix("[a]", Hat(antenna)),
+                                     {Matrix("[R a]", Hat(T_W_B.q * antenna)), Matrix("[beacon]", Hat(beacon)),
+                                      Matrix("[p + R a − beacon]", Hat(h * u))}),
+                   u_t = Transpose(along);
   const Expression rotation = -(u_t * R * arm);
   over_position = {u_t, {u_t * R, Named(rotation, "∂r/∂δθ"), Matrix("0", MatXX::Zero(1, 3))}};
   over_rotation = {rotation, {-(u_t * Matrix("[R a]", Hat(T_W_B.q * antenna))), -(u_t * arm), Named(u_t, "∂r/∂δp")}};

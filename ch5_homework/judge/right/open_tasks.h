@@ -15,8 +15,9 @@ struct Trial {
 /// 8a: λ and ν after each trial.
 struct NextDamping {
   Formula lambda, nu;
+  MatXX between_other_limits;  ///< λ, if the factor keeps between the smallest and the largest of `factors`
 
-  NextDamping(const std::vector<Trial>& trials, bool accepted);
+  NextDamping(const std::vector<Trial>& trials, bool accepted, const VecX& factors);
 };
 
 /// 8b: what [x, y] / z of p_C = R_B_Cᵀ (R_W_Bᵀ (p_W − p) − p_B_C) does.

@@ -137,8 +137,10 @@ Moved::Moved(const System& given, int idx, int dim, bool exchanging)
   MatXX before_moved = given.H * Value(P).transpose();
   before_moved.leftCols(idx) = (Value(P) * given.H).leftCols(idx);
   both.emplace_back(Matrix("H_marg", before_moved), "2.columns_before_rows_moved");
-  H = {MistakenFor(WrittenAt("2a", moved("2.rows") * H_given * WrittenAt("2b", Transpose(moved("2.columns")))), both)};
-  b = {WrittenAt("2a", moved("2.entries_b") * b_given)};
+  H.listed_alone = b.listed_alone = true;  // students move blocks, and know no P
+  H.right =
+      MistakenFor(WrittenAt("2a", moved("2.rows") * H_given * WrittenAt("2b", Transpose(moved("2.columns")))), both);
+  b.right = WrittenAt("2a", moved("2.entries_b") * b_given);
 }
 
 Prior::Prior(const System& moved, const System& given, int dim) {
