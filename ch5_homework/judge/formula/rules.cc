@@ -378,8 +378,8 @@ const std::vector<Rule>& Rules() {
       &AnotherSource,     &InverseOfOneBlock,     &TransposeForgotten, &AnotherForIt,       &Transposed,
       &FactorsTransposed, &FactorsInAnotherOrder, &InverseOfAnother,   &DirectionsCut,      &OnlyDiagonal,
       &OnlyTriangle,      &PartsOfATerm,          &PartsOfABlock,      &RootOfInverse,      &Inverted,
-      &BlockOfTheInverse, &AnotherPlace,          &MultipleOfIAdded,   &TurnsOfALoop,       &SharesElsewhere,
-      &SharesOfAKind,     &FactorTooMany,         &TermsOfOtherCounts, &MultiplesOfAVector, &SignsLost,
+      &BlockOfTheInverse, &AnotherPlace,          &MultipleOfIAdded,   &TurnsOfALoop,       &SharesOfAKind,
+      &SharesElsewhere,   &FactorTooMany,         &TermsOfOtherCounts, &MultiplesOfAVector, &SignsLost,
       &SharesOffByOne,    &ShareTooMany,          &ShareAtAnotherPlace};
   return rules;
 }
