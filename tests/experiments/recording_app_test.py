@@ -269,7 +269,7 @@ class RecordingApp(AppTest):
             done = self.program(recording, "--out", self.out, "--policy", "vins")
             self.assertIn(words, done.stderr)
             self.assertEqual([row["warning"] for row in table(self.out / "csv" / "odometry_warnings.csv")], [name])
-        self.assertRegex(self.page(), "Warning: </strong>The truth moves (9|10)\\d\\d times as far")
+        self.assertRegex(self.page(), "Warning \\d: </strong>The truth moves (9|10)\\d\\d times as far")
 
     def test_a_truth_of_another_size_and_shape_is_not_called_one_of_another_unit(self):
         recording = self.simulate()
@@ -288,8 +288,8 @@ class RecordingApp(AppTest):
         late = r"the camera's stamps are (\d+) ± \d+ ms late \(corrected\)"
         self.assertRegex(done.stderr, late)
         self.assertAlmostEqual(float(re.search(late, done.stderr)[1]), 100, delta=3)
-        self.assertIn("<p><strong>Warning: </strong>The camera&#39;s stamps are " + re.search(late, done.stderr)[1], self.page())
-        self.assertIn("<p><strong>警告：</strong>相机的时间戳晚了 " + re.search(late, done.stderr)[1],
+        self.assertIn("<p><strong>Warning 1: </strong>The camera&#39;s stamps are " + re.search(late, done.stderr)[1], self.page())
+        self.assertIn("<p><strong>警告 1：</strong>相机的时间戳晚了 " + re.search(late, done.stderr)[1],
                       (self.out / "report.zh.html").read_text(encoding="utf-8").replace("\u00a0", " "))
         ate = float(table(self.out / "csv" / "odometry_policies.csv")[0]["ate_m"])
         done = self.program(recording, "--out", self.out, "--policy", "vins", "--estimate-time-offset")
@@ -367,7 +367,7 @@ class RecordingApp(AppTest):
             self.assertEqual(done.stderr.count("warning"), 1, done.stderr)
             if done.returncode == 0:
                 self.assertEqual([row["warning"] for row in table(self.out / "csv" / "odometry_warnings.csv")], [name])
-                self.assertIn("Warning: ", self.page())
+                self.assertIn("Warning 1: ", self.page())
             path.write_text(whole)
 
     def test_images_far_apart_are_followed_or_said_to_be_too_far(self):
