@@ -108,7 +108,7 @@ def compared(stage: dict, state: str, folder: Path, say: Speaker) -> list:
     if state == "not-started" and not QUESTIONS[stage["id"]].keys() & known.keys():
         return [say("predict.first", command=f"./course predict {stage['id']}")]
     lines = []
-    for question, right in QUESTIONS[stage["id"]].items() if state == "right" else ():
+    for question, right in QUESTIONS.get(stage["id"], {}).items() if state == "right" else ():
         if question in known:
             good = all(map(is_near, numbers_in(known[question]), right))
             told = say("predict.came_true") if good else say("predict.came_otherwise", right=" ".join(map(shown, right)))
