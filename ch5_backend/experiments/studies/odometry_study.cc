@@ -116,6 +116,14 @@ CsvTable SegmentTable(const OdometryStudy& study) {
   return table;
 }
 
+// Of each answered image its own stamp, by which tables and files can be joined; a batch has none.
+std::vector<double> StampsOf(const OdometryRun& run) {
+  std::vector<double> stamps;
+  for (const ImageResult& row : run.rows)
+    if (row.report.state) stamps.push_back(row.t);
+  return stamps;
+}
+
 // Estimates are aligned with the truth, each segment by itself.
 CsvTable PathTable(const OdometryStudy& study) {
   CsvTable table("policy,segment,t_s,x_m,y_m,z_m,error_m,bax_m_s2,bay_m_s2,baz_m_s2,bgx_rad_s,bgy_rad_s,bgz_rad_s");
@@ -131,13 +139,15 @@ CsvTable PathTable(const OdometryStudy& study) {
   for (const StampedState& state : truth)
     append("truth", 0, state.t, state.T_W_B.p, 0.0, knows_biases ? state.b_a : none, knows_biases ? state.b_g : none);
   for (const OdometryRun& run : study.runs) {
+    const std::vector<double> stamps = StampsOf(run);
+    size_t image = 0;
     for (const OdometrySegment& segment : run.segments) {
       const YawTransform to_truth = segment.error ? segment.error->alignment : YawTransform{};
       for (const StampedState& state : segment.states) {
         const Vec3 p = to_truth * state.T_W_B.p;
         const auto there = segment.error ? StateAt(truth, state.t) : std::nullopt;
-        append(run.policy, segment.id, state.t, p, there ? (p - there->T_W_B.p).norm() : kNoNumber, state.b_a,
-               state.b_g);
+        append(run.policy, segment.id, stamps.empty() ? state.t : stamps[image++], p,
+               there ? (p - there->T_W_B.p).norm() : kNoNumber, state.b_a, state.b_g);
       }
     }
   }
