@@ -112,7 +112,8 @@ SceneSettings ReadScene(Query* query) {
   settings.gauge = kGauges[query->Word("gauge", {"prior", "minimal", "fixed", "free"})];
   settings.weight = query->Number("weight", 1.0, 0.0, 1e12);
   const double sigma = std::max(settings.scene.pixel_sigma, 1e-4);
-  settings.pixel_information = query->Word("information", {"unit", "noise"}) ? 1.0 / (sigma * sigma) : 1.0;
+  settings.is_calibrated = query->Word("information", {"unit", "noise"}) == 1;
+  settings.pixel_information = settings.is_calibrated ? 1.0 / (sigma * sigma) : 1.0;
   settings.outliers = query->Whole("outliers", 0, 0, settings.scene.points);
   settings.loss = query->Word("loss", {"none", "huber", "cauchy", "tukey"});
   settings.delta = query->Number("delta", 2.0, 0.01, 1e3);

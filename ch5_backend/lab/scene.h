@@ -27,6 +27,7 @@ struct SceneSettings {
   Gauge gauge = Gauge::kPriorTwoFrames;
   double weight = 1.0;             ///< of the prior
   double pixel_information = 1.0;  ///< W = pixel_information·I₂
+  bool is_calibrated = false;      ///< … which is that of the noise
   int outliers = 0;                ///< so many points have a wrong observation in the last frame
   int loss = 0;                    ///< none, Huber, Cauchy or Tukey …
   double delta = 1.0;              ///< … with this threshold [σ of an observation]

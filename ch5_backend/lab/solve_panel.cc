@@ -1,9 +1,11 @@
+#include <Eigen/Cholesky>
 #include <cmath>
 
 #include "ch5_backend/evaluate/reconstruction.h"
 #include "ch5_backend/experiments/studies/matrices.h"
 #include "ch5_backend/lab/panels.h"
 #include "ch5_backend/lab/scene.h"
+#include "ch5_backend/math/chi_squared.h"
 
 namespace ch5::lab {
 namespace {
@@ -46,6 +48,26 @@ int DirectionsWithoutInformation(const MatXX& H, double pixel_information) {
   return unseen + (seen.empty() ? 0 : NullDimension(H(seen, seen)));
 }
 
+// What the solver claims of x and y of each free camera: a block of H⁻¹, which is a covariance if W is the noise's
+// information and H is regular; and the error in that measure, eᵀ Σ⁻¹ e. H is scaled to a unit diagonal before.
+void AddClaims(const SceneGraph& graph, const MatXX& H, Json* json) {
+  const VecX scale = H.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::LDLT<MatXX> ldlt(scale.asDiagonal() * H * scale.asDiagonal());
+  std::vector<Json> claims;
+  for (size_t i = 0; i < graph.ba.poses.size(); ++i) {
+    const int row = graph.ba.poses[i]->OrderingId();
+    if (row < 0) continue;
+    MatXX columns = MatXX::Zero(H.rows(), 2);
+    columns.middleRows<2>(row).diagonal() = scale.segment<2>(row);
+    const Mat22 covariance = (scale.asDiagonal() * ldlt.solve(columns)).middleRows<2>(row);
+    const Vec2 error = (graph.ba.poses[i]->p() - graph.scene.frames[i].p).head<2>();
+    Json claim;
+    claim.Add("number", static_cast<int>(i)).Add("covariance", VecX(Eigen::Map<const VecX>(covariance.data(), 4)));
+    claims.push_back(claim.Add("chi2", error.dot(covariance.inverse() * error)));
+  }
+  json->Add("claims", claims).Add("claim_limit", ChiSquaredLimit(2, 0.05));
+}
+
 // H, S and their spectra at the present states. A singular H still has its pattern, and S up to the pivot that fails.
 void AddMatrices(const SceneSettings& settings, SceneGraph* graph, Json* json) {
   Problem problem(&graph->ba.graph);
@@ -57,7 +79,9 @@ void AddMatrices(const SceneSettings& settings, SceneGraph* graph, Json* json) {
   const MatXX& S = problem.SchurComplement();
   json->Add("variables", VariablesOf(*graph)).Add("pose_rows", problem.GetOrdering().dim_poses);
   json->Add("H", H).Add("S", S);
-  json->Add("spectrum_H", Eigenvalues(H)).Add("null_H", DirectionsWithoutInformation(H, settings.pixel_information));
+  const int null_H = DirectionsWithoutInformation(H, settings.pixel_information);
+  json->Add("spectrum_H", Eigenvalues(H)).Add("null_H", null_H);
+  if (settings.is_calibrated && null_H == 0) AddClaims(*graph, H, json);
   if (S.size() > 0) json->Add("spectrum_S", Eigenvalues(S)).Add("null_S", NullDimension(S));
 }
 

@@ -22,6 +22,11 @@ namespace ch5 {
 
 /// Stands for sizes from n − 3 to n, which take as many registers; n is a multiple of kLanes.
 constexpr int UpTo(int n) { return -n; }
+#ifdef __EMSCRIPTEN__  // a page has nobody's own cameras, and should be small
+constexpr bool kByRegisters = false;
+#else
+constexpr bool kByRegisters = true;
+#endif
 
 /// Which sizes a kernel is wanted for: P×L.
 struct BlockSizes {
@@ -32,7 +37,9 @@ struct BlockSizes {
     return (rows == 6 && (columns == 1 || columns == 3)) || (rows == 9 && columns == 3);
   }
   /// Whether there is code for as many registers: points and poses, or cameras, of anyone's own.
-  constexpr bool FitRegisters() const { return !AreExact() && columns == 3 && rows > kLanes && rows <= 4 * kLanes; }
+  constexpr bool FitRegisters() const {
+    return kByRegisters && !AreExact() && columns == 3 && rows > kLanes && rows <= 4 * kLanes;
+  }
   constexpr bool AreFixed() const { return AreExact() || FitRegisters(); }
   /// Sizes with the same code for a kernel to which those of the poses do not matter.
   constexpr BlockSizes OfLandmarks() const { return FitRegisters() ? BlockSizes{9, 3} : *this; }
@@ -73,10 +80,12 @@ auto Dispatch(const BlockSizes& sizes) {
 /// The same for a kernel that also has code by the number of registers.
 template <template <int P, int L> class Kernel>
 auto DispatchByRegisters(const BlockSizes& sizes) {
-  if (!sizes.FitRegisters()) return Dispatch<Kernel>(sizes);
-  if (sizes.rows <= 8) return Dispatch<Kernel<UpTo(8), 3>>();
-  if (sizes.rows <= 12) return Dispatch<Kernel<UpTo(12), 3>>();
-  return Dispatch<Kernel<UpTo(16), 3>>();
+  if constexpr (kByRegisters) {
+    if (sizes.FitRegisters() && sizes.rows <= 8) return Dispatch<Kernel<UpTo(8), 3>>();
+    if (sizes.FitRegisters() && sizes.rows <= 12) return Dispatch<Kernel<UpTo(12), 3>>();
+    if (sizes.FitRegisters()) return Dispatch<Kernel<UpTo(16), 3>>();
+  }
+  return Dispatch<Kernel>(sizes);
 }
 
 namespace kernels {

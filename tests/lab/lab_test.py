@@ -10,6 +10,8 @@ import subprocess
 import unittest
 from pathlib import Path
 
+import numpy as np
+
 from ch5_backend.course.documents import lab
 from slides import browser, npm
 from tests.project import BUILD, ROOT, run
@@ -73,13 +75,13 @@ def columns(rows):
     return {name: [row.get(name) for row in rows] for name in names}
 
 
-LENGTHS = dict.fromkeys(("p", "rmse_position", "rmse_point", "rmse_position_aligned", "rmse_point_aligned"), 1.0)
+LENGTHS = dict.fromkeys(("p", "rmse_position", "rmse_point", "rmse_position_aligned", "rmse_point_aligned", "chi2"), 1.0)
 
 
 def differences(a, b, path="", scales=LENGTHS):
     """[(path, difference)] of all numbers, relative to the largest number of their vector, matrix, or table's column: near
     an optimum gradients and steps are small differences of large numbers. `scales` knows a size from elsewhere: lengths
-    are compared in meters, as the scene has some meters, and a part of the cost with the whole.
+    are compared in meters, as the scene has some meters, χ² with one, and a part of the cost with the whole.
     Words and shapes must be the same.
     """
     if isinstance(a, dict):
@@ -109,8 +111,26 @@ def differences(a, b, path="", scales=LENGTHS):
     return []
 
 
-class Elimination(unittest.TestCase):
-    """The game's numbers, by the native program."""
+class Numbers(unittest.TestCase):
+    """Those of the native program, by other ways."""
+
+    @unittest.skipUnless(PROGRAM.exists(), "ch5_lab is not built")
+    def test_ellipses_are_of_the_inverse_and_only_where_it_is_a_covariance(self):
+        for query in ("gauge=fixed&frames=6", "weight=1e5&noise=0.01", "gauge=minimal&weight=1e8&frames=4&seed=2"):
+            answer = native(f"panel=solve&information=noise&{query}")
+            n = answer["H"]["rows"]
+            inverse = np.linalg.inv(np.reshape(answer["H"]["values"], (n, n)))
+            rows = {one["number"]: one["row"] for one in answer["variables"] if one["kind"] == "pose" and one["row"] >= 0}
+            self.assertEqual([one["number"] for one in answer["claims"]], list(rows))
+            for one in answer["claims"]:
+                at = slice(rows[one["number"]], rows[one["number"]] + 2)
+                claimed = np.array(one["covariance"]).reshape(2, 2)
+                np.testing.assert_allclose(claimed, inverse[at, at], rtol=1e-5, atol=1e-5 * np.trace(claimed))
+                error = np.subtract(answer["estimate"]["frames"][one["number"]]["p"], answer["truth"]["frames"][one["number"]]["p"])[:2]
+                self.assertAlmostEqual(one["chi2"], error @ np.linalg.solve(claimed, error), delta=1e-6 * (1 + one["chi2"]))
+            self.assertAlmostEqual(answer["claim_limit"], -2 * np.log(0.05), places=9)
+        for query in ("gauge=fixed", "information=noise&gauge=free"):
+            self.assertNotIn("claims", native(f"panel=solve&{query}"))
 
     @unittest.skipUnless(PROGRAM.exists(), "ch5_lab is not built")
     def test_the_factor_and_the_score_are_those_of_the_order(self):

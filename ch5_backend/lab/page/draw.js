@@ -2,7 +2,7 @@
 // Drawing: matrices on a canvas, curves and scenes as SVG. Numbers come in as C++ has given them.
 
 const SPACES = {
-  "http://www.w3.org/2000/svg": ["svg", "g", "path", "circle", "line", "rect", "text", "title"],
+  "http://www.w3.org/2000/svg": ["svg", "g", "path", "circle", "ellipse", "line", "rect", "text", "title"],
   "http://www.w3.org/1998/Math/MathML": ["math", "mrow", "mi", "mn", "mo", "msub", "msup", "msubsup", "mfrac", "mtable",
     "mtr", "mtd"],
 };

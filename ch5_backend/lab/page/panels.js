@@ -110,6 +110,29 @@ function observations(a, values, set) {
   return box;
 }
 
+// What the solver claims of each camera's x and y, and where the truth lies, enlarged alike about the estimate.
+function claims(a) {
+  const claimed = (a.claims || []).filter(one => isFinitePoint(a.estimate.frames[one.number].p));
+  if (!claimed.length) return figure("claims", text("claims"), text("claims.none"));
+  const ellipses = claimed.map(({number, covariance: [xx, xy, , yy], chi2}) => {
+    const p = a.estimate.frames[number].p, half = (xx + yy) / 2, root = Math.hypot((xx - yy) / 2, xy);
+    const [long, wide] = [half + root, Math.max(half - root, 0)].map(one => Math.sqrt(a.claim_limit * one));
+    return {p, long, wide, turn: -90 / Math.PI * Math.atan2(2 * xy, xx - yy), isOut: chi2 > a.claim_limit,
+      error: [0, 1].map(axis => a.truth.frames[number].p[axis] - p[axis])};
+  });
+  const room = 0.35 * SIDE / PIXELS / Math.max(2, claimed.length), most = Math.max(...ellipses.map(one => Math.max(one.long, Math.hypot(...one.error))));
+  const decade = 10 ** Math.floor(Math.log10(room / most)), times = decade * [5, 2, 1].find(one => one * decade <= room / most);
+  const svg = element("svg", {viewBox: `0 0 ${SIDE} ${SIDE + 16}`, role: "img", "aria-label": text("claims"), class: "game"});
+  for (const {p, long, wide, turn, isOut, error} of ellipses) {
+    const [[cx, cy], [x, y]] = [p, [p[0] + times * error[0], p[1] + times * error[1]]].map(toPicture);
+    svg.append(element("ellipse", {cx, cy, rx: times * PIXELS * long, ry: times * PIXELS * wide, transform: `rotate(${turn} ${cx} ${cy})`,
+      fill: "none", stroke: "var(--blue)", "stroke-width": 2}), element("circle", {cx, cy, r: 3, fill: "var(--blue)"}),
+    element("circle", {cx: x, cy: y, r: 5, fill: `var(${isOut ? "--red" : "--gray"})`}));
+  }
+  svg.append(...legend([{name: text("estimate"), color: "--blue"}, {name: text("truth"), color: "--gray"}, {name: text("claims.out"), color: "--red"}]));
+  return figure("claims", text("claims"), say("claims.words", {times: Number(times.toPrecision(2)), out: ellipses.filter(one => one.isOut).length, all: ellipses.length}), svg);
+}
+
 function drawSolve(a, values, set) {
   const trace = a.trace;
   const spectra = [{name: "H", values: a.spectrum_H, color: "--blue", dots: true}];
@@ -117,6 +140,7 @@ function drawSolve(a, values, set) {
   return [
     sceneFigure(a, [["start.states", a.start, "--red", true], ["estimate", a.estimate, "--blue", false]],
       say("scene.words", {at: short(a.rmse_position), aligned: short(a.rmse_position_aligned), points: short(a.rmse_point)}), values, set),
+    claims(a),
     told("H", text("H"), a.H, a.variables.filter(one => one.row >= 0)),
     a.S.rows ? told("S", text("S"), a.S, posesOf(a.variables)) : null,
     observations(a, values, set),
