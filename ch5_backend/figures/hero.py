@@ -21,11 +21,11 @@ def draw(directory):
     for k, (state, color, title) in enumerate(parts):
         axes = fig.add_axes([0.32 * k, -0.12, 0.32, 1.1], projection="3d")
         panel(axes, frames, points, state, limits, color)
-        decorate(axes, limits, zoom=1.75)
+        decorate(axes, limits, zoom=1.55)
         axes.set_axis_off()
         fig.text(0.02 + 0.32 * k, 0.92, title, fontsize=13, weight="bold", color=color)
     path, summary = read(directory, "odometry_path"), read(directory, "odometry_policies")
-    above = fig.add_axes([0.68, 0.13, 0.31, 0.74])
+    above = fig.add_axes([0.71, 0.13, 0.275, 0.74])
     rows = path.where(policy="truth")
     above.plot(rows["x_m"], rows["y_m"], color=GRAY, linewidth=6.0, alpha=0.5, label="truth")
     for name in NAMES:
@@ -35,7 +35,7 @@ def draw(directory):
     above.set_aspect("equal", adjustable="datalim")
     above.set(xlabel="x [m]", ylabel="y [m]")
     above.legend(loc="best", fontsize=11)
-    fig.text(0.66, 0.92, "a flight, from above", fontsize=13, weight="bold")
+    fig.text(0.69, 0.92, "a flight, from above", fontsize=13, weight="bold")
     style.save(fig, directory, "hero")
 
 
