@@ -51,7 +51,7 @@ class BenchCommand(FolderTest):
             for step in range(3):
                 ours, ceres = (run["trace"][step][1] for run in runs)
                 self.assertLess(abs(ours / ceres - 1.0), 1e-9, f"{problem}: step {step}, {ours} and {ceres}")
-            for run in runs:
-                self.assertLessEqual(run["trace"][-1][0], run["seconds"], f"{problem}: nothing is counted twice")
+            for one in runs:
+                self.assertLessEqual(one["trace"][-1][0], one["seconds"], f"{problem}: nothing is counted twice")
             self.assertEqual("openblas" in runs[1]["blas"], bool(cached_entries(BUILD).get("OPENBLAS_LIBRARY", "").endswith(".so.0")),
                              "the BLAS that the bench was linked with is the one that serves Ceres")
