@@ -59,7 +59,8 @@ Board GridBoard() {
   Board board;
   board.Tie(0, 0);
   for (int i = 0; i < kSide * kSide; ++i) {
-    board.Add("scalar", 0.1 + 0.8 / (kSide - 1) * (i % kSide), 0.1 + 0.8 / (kSide - 1) * (i / kSide));
+    const int row = i / kSide;
+    board.Add("scalar", 0.1 + 0.8 / (kSide - 1) * (i % kSide), 0.1 + 0.8 / (kSide - 1) * row);
     if (i % kSide > 0) board.Tie(i - 1, i);
     if (i >= kSide) board.Tie(i - kSide, i);
   }
@@ -88,7 +89,8 @@ Board ScatteredBoard(Random* random) {
   board.Tie(0, 0);
   for (int i = 0; i < kColumns * kRows; ++i) {
     const double x = 0.13 + 0.74 * (i % kColumns) / (kColumns - 1) + random->Uniform(-0.08, 0.08);
-    const double y = 0.14 + 0.72 * (i / kColumns) / (kRows - 1) + random->Uniform(-0.1, 0.1);
+    const int row = i / kColumns;
+    const double y = 0.14 + 0.72 * row / (kRows - 1) + random->Uniform(-0.1, 0.1);
     std::vector<int> nearest(static_cast<size_t>(i));
     std::iota(nearest.begin(), nearest.end(), 0);
     const Vec2 place(x, y);
