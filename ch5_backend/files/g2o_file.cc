@@ -125,9 +125,10 @@ class Reader {
     if (tag.kind == VertexKind::kSE3) CheckQuaternion(&x[3]);
     const int64_t id = ToId(words[1]);
     if (const auto known = index_of_.find(id); known != index_of_.end()) {
-      if (file_.graph.Vertices()[known->second]->Parameters() != tag.make(x.data())->Parameters()) {
+      if (kind_of_[known->second] != tag.kind ||
+          file_.graph.Vertices()[known->second]->Parameters() != tag.make(x.data())->Parameters()) {
         text_.Fail("vertex id " + std::to_string(id) + " is already that of line " +
-                   std::to_string(line_of_[known->second]) + ", whose numbers are others");
+                   std::to_string(line_of_[known->second]) + ", whose pose is another");
       }
       if (file_.repeated_vertices++ == 0) file_.first_repeated_vertex = text_.Line();
       return;
