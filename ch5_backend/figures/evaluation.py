@@ -8,7 +8,7 @@ from .tables import read
 
 HONEST = (1.24, 14.45)  # 95 % of χ² with 6 degrees of freedom lie between
 OF_PIECES = {"position_m": "position error [m]", "yaw_deg": "yaw error [deg]"}
-OF_SIGMA = {"position [m]": ("sigma_m", "error_m"), "yaw [deg]": ("yaw_sigma_deg", "yaw_error_deg")}
+OF_SIGMA = {"position [m]": ("sigma_m", "error_m"), "rotation [deg]": ("rotation_sigma_deg", "rotation_error_deg")}
 BIASES = {"accelerometer's bias [m/s²]": ("bax_m_s2", "bay_m_s2", "baz_m_s2"),
           "gyroscope's bias [rad/s]": ("bgx_rad_s", "bgy_rad_s", "bgz_rad_s")}
 
@@ -42,7 +42,7 @@ def pieces(directory):
 
 
 def sigmas(directory):
-    """σ and error of the newest frame relative to the oldest, a point an image, and the NEES over time."""
+    """σ and error of the newest frame's motion since the oldest, a point a window, and the NEES over time."""
     table = read_estimates(directory, "odometry_consistency")
     if not len(table):
         return style.discard(directory, "odometry_consistency")
@@ -63,7 +63,7 @@ def sigmas(directory):
         panels[2].plot(rows["t_s"], rows["nees"], odometry.DOTS[name], color=COLORS[name], markersize=4, alpha=0.6)
     panels[2].axhspan(*HONEST, color=PALE, zorder=0)
     style.plain_log(panels[2].yaxis)
-    panels[2].set(title="NEES of the pose (6)", xlabel="time [s]")
+    panels[2].set(title="NEES of the motion (6)", xlabel="time [s]")
     style.legend_above(fig, panels[0])
     return style.save(fig, directory, "odometry_consistency")
 

@@ -6,7 +6,6 @@
 
 #include "ch5_backend/consistency/gauge_audit.h"
 #include "ch5_backend/consistency/position_yaw_prior.h"
-#include "ch5_backend/evaluate/nees.h"
 #include "ch5_backend/marginalize/drop_ordering.h"
 #include "ch5_backend/marginalize/marginalize.h"
 
@@ -44,7 +43,29 @@ RelativeMotion MotionAcross(const Window& window) {
   return motion;
 }
 
+// Of position and rotation, from six squares each.
+template <typename Squares>
+Vec2 RootMean(const std::vector<ComparedMotion>& motions, const Squares& squares) {
+  Vec6 sum = Vec6::Zero();
+  for (const ComparedMotion& motion : motions) sum += squares(motion);
+  return (Vec2(sum.head<3>().sum(), sum.tail<3>().sum()) / static_cast<double>(motions.size())).cwiseSqrt();
+}
+
 }  // namespace
+
+double MotionNees::Mean() const {
+  double sum = 0.0;
+  for (const ComparedMotion& motion : motions) sum += motion.pose.nees;
+  return sum / static_cast<double>(motions.size());
+}
+
+Vec2 MotionNees::Errors() const {
+  return RootMean(motions, [](const ComparedMotion& motion) -> Vec6 { return motion.pose.error.cwiseAbs2(); });
+}
+
+Vec2 MotionNees::Claimed() const {
+  return RootMean(motions, [](const ComparedMotion& motion) { return motion.variances; });
+}
 
 void MotionNees::Compare(const std::vector<StampedState>& recorded, const Window& window) {
   const auto first = StateAt(recorded, window.frames.front().t);
@@ -54,11 +75,7 @@ void MotionNees::Compare(const std::vector<StampedState>& recorded, const Window
   const Qd inverse = first->T_W_B.q.conjugate();
   const Transform true_motion{inverse * last->T_W_B.q, inverse * (last->T_W_B.p - first->T_W_B.p)};
   const PoseConsistency pose = ComparePose(motion.T_0n, motion.covariance + truth, true_motion);
-  const Vec6 variances = motion.covariance.diagonal();
-  nees += pose.nees;
-  errors2 += Vec2(pose.error.head<3>().squaredNorm(), pose.error.tail<3>().squaredNorm());
-  claimed2 += Vec2(variances.head<3>().sum(), variances.tail<3>().sum());
-  ++windows;
+  motions.push_back({window.frames.back().t, pose, motion.covariance.diagonal()});
   if (!window.prior) return;
   GaugeOptions gauge;
   gauge.local_poses = window.LocalPoses();

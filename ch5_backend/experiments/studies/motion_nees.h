@@ -13,24 +13,32 @@
 /// their mean is no mean of independent runs, and χ²'s band for it (nees.h) is too narrow.
 
 #include <memory>
+#include <vector>
 
+#include "ch5_backend/evaluate/nees.h"
 #include "ch5_backend/experiments/studies/window/wrapped_policy.h"
 #include "ch5_backend/types/recording.h"
 
 namespace ch5 {
 
-/// Sums over the windows of a run.
+/// The motion across one window.
+struct ComparedMotion {
+  double t;  ///< of the newest frame [s]
+  PoseConsistency pose;
+  Vec6 variances;  ///< claimed of [δp, δθ] [m², rad²]
+};
+
+/// Of the windows of a run.
 struct MotionNees {
   Mat66 truth = Mat66::Zero();  ///< covariance of the truth's own motion, in T_0n's increment
-  double nees = 0.0;
-  Vec2 errors2 = Vec2::Zero(), claimed2 = Vec2::Zero();  ///< of position [m²] and rotation [rad²]
+  std::vector<ComparedMotion> motions;
   double yaw_leak = 0.0;  ///< what the priors claim to know of yaw, its absolute value [rad⁻²]
-  int windows = 0, priors = 0;
+  int priors = 0;
   double seconds = 0.0;  ///< spent on this
 
-  double Mean() const { return windows > 0 ? nees / windows : std::numeric_limits<double>::quiet_NaN(); }
-  Vec2 Errors() const { return (errors2 / windows).cwiseSqrt(); }
-  Vec2 Claimed() const { return (claimed2 / windows).cwiseSqrt(); }
+  double Mean() const;   ///< NaN without a window
+  Vec2 Errors() const;   ///< root mean squares of position [m] and rotation [rad]
+  Vec2 Claimed() const;  ///< σ of both, averaged alike
 
   /// Compares the motion across the window with the truth; nothing where there is no truth at both ends.
   /// @param window  solved, not yet slid

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "ch5_backend/consistency/gauge_audit.h"
-#include "ch5_backend/evaluate/nees.h"
 #include "ch5_backend/experiments/studies/matrices.h"
 #include "ch5_backend/experiments/studies/motion_nees.h"
 #include "ch5_backend/experiments/studies/systems/system_studies.h"
@@ -43,20 +42,12 @@ void AppendGauge(const std::string& policy, double t, const Window& window, CsvT
   }
 }
 
-// Covariances are of the newest pose while position and yaw of the oldest are held, so the estimate is laid upon the truth there.
-void AppendConsistency(const std::string& policy, double t, const Window& window, OdometryStudy* study) {
+// By motion_nees.h: the newest frame against the window's oldest.
+void AppendConsistency(const std::string& policy, const MotionNees& nees, CsvTable* table) {
   constexpr double kDegrees = 180.0 / M_PI;
-  const Frame &oldest = window.frames.front(), &newest = window.frames.back();
-  const auto first = StateAt(study->recording.truth, oldest.t), last = StateAt(study->recording.truth, newest.t);
-  if (!first || !last || window.frames.size() < 2) return;
-  const YawTransform to_truth = AlignFirstPose({oldest.pose->q(), oldest.pose->p()}, first->T_W_B);
-  Mat66 turn = Mat66::Identity();  // δp is in W, δθ in B
-  turn.topLeftCorner<3, 3>() = to_truth.Rotation().toRotationMatrix();
-  const Mat66 covariance = turn * PoseCovariances(window).back() * turn.transpose();
-  const PoseConsistency pose =
-      ComparePose(to_truth * Transform{newest.pose->q(), newest.pose->p()}, covariance, last->T_W_B);
-  study->consistency.Row(policy, t, pose.error.head<3>().norm(), std::sqrt(covariance.topLeftCorner<3, 3>().trace()),
-                         kDegrees * std::abs(pose.yaw_error), kDegrees * std::sqrt(pose.yaw_variance), pose.nees);
+  for (const auto& [t, pose, variances] : nees.motions)
+    table->Row(policy, t, pose.error.head<3>().norm(), std::sqrt(variances.head<3>().sum()),
+               kDegrees * pose.error.tail<3>().norm(), kDegrees * std::sqrt(variances.tail<3>().sum()), pose.nees);
 }
 
 CsvTable PolicyTable(const OdometryStudy& study) {
@@ -235,15 +226,14 @@ OdometryStudy RunOdometryStudy(Recording recording, const std::function<void(con
       const Window& window = estimator.GetWindow();
       if (!row.report.state || !window.prior) return;
       AppendGauge(name, row.t, window, &study.gauge);
-      const bool is_solved = !row.report.solve.trace.empty();  // and not held at rest
-      if (is_solved && image % (1 + frames.size() / 300) == 0) AppendConsistency(name, row.t, window, &study);
       // Pictures are spread over the second half, the last one at the end.
       const size_t due = frames.size() / 2 + (pictures + 1) * frames.size() / (2 * kPictures);
       if (pictures < kPictures && image + 1 >= due) AppendSnapshot(name, pictures++, row.t, window, &study);
     };
     study.runs.push_back(RunOdometry(study.recording, options, std::move(policy), watch));
     study.runs.back().nees_motion = nees.Mean();
-    study.runs.back().nees_windows = nees.windows;
+    study.runs.back().nees_windows = static_cast<int>(nees.motions.size());
+    AppendConsistency(name, nees, &study.consistency);
   }
   if (!batch) return study;
   if (progress) progress("batch", 0.0);

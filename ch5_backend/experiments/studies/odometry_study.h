@@ -36,9 +36,8 @@ struct OdometryStudy {
   CsvTable matrices{"policy,picture,t_s,stage,size,pose_rows,row,column,value"};
   CsvTable spectrum{"policy,t_s,index,eigenvalue,scaled"};
   CsvTable gauge{"policy,t_s,direction,information,relative"};
-  /// How far the newest frame is from the truth when position and yaw agree in the window's oldest one, and the σ claimed of
-  /// it; at about 300 images that have a truth.
-  CsvTable consistency{"policy,t_s,error_m,sigma_m,yaw_error_deg,yaw_sigma_deg,nees"};
+  /// The newest frame's motion against the window's oldest, compared with the truth (motion_nees.h), every tenth window.
+  CsvTable consistency{"policy,t_s,error_m,sigma_m,rotation_error_deg,rotation_sigma_deg,nees"};
 };
 
 /// A hand-held camera in a room, standing still before it moves, with noise and 2 % of outliers.
