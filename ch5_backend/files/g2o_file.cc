@@ -358,6 +358,8 @@ class Reader {
   void AddEdge(const Pending& edge) {
     const std::shared_ptr<Edge> made = edge.tag->make(VerticesOf(edge), OffsetsOf(edge), edge.numbers.data());
     MatXX W = InformationOf(edge);
+    if (!(W.array().abs() <= TextReader::kLargest).all())  // of a root squared or a covariance inverted
+      text_.FailAt(edge.line, std::string(edge.tag->name) + ": the information is absurdly large (beyond 1e15)");
     const std::string fault = WhyNotPositiveSemiDefinite(W);
     if (!fault.empty()) {
       if (!options_.project_information) {

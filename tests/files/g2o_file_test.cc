@@ -332,6 +332,7 @@ TEST_F(G2o, ErrorsNameLineAndValue) {
   ExpectError("VERTEX_SE2 99999999999999999999 1 2 3\n", 1, "\"99999999999999999999\"");
   ExpectError(two + "\nVERTEX_SE3:QUAT 7 0 0 0 0 0 0 1\n", 4, "vertex id 7 is already that of line 2, whose");
   ExpectError(two + "\nVERTEX_SE2 7 0 0 0\n", 4, "vertex id 7 is already that of line 2, whose");
+  ExpectError("LANDMARK 0 7 1 0 1e9 0 1e9\n", 1, "the information is absurdly large");
   ExpectError(two + edge + "1 0 0\n", 3, "has 30 numbers, got 12");
   ExpectError(two + "EDGE_SE3:QUAT 3 8 1 0 0 0 0 0 1 " + kUnitW, 3, "no vertex with the id 8");
   ExpectError(two + "EDGE_SE3:QUAT 3 3 1 0 0 0 0 0 1 " + kUnitW, 3, "vertex 3 to itself");
