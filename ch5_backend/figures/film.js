@@ -76,6 +76,7 @@ for (const canvas of document.querySelectorAll("canvas.film")) {
     const width = player.clientWidth - 32, narrow = width < 640, gap = 14;
     const side = narrow ? (width - gap) / 2 : Math.min(300, (width - 2 * gap) / 3), wide = narrow ? width : width - 2 * (side + gap);
     const each = narrow ? 2 * side + 64 : side + 34;
+    if (side <= 0 || wide <= 0) return;  // not laid out yet
     const sharp = devicePixelRatio || 1;
     canvas.width = sharp * width;
     canvas.height = sharp * 2 * each;

@@ -107,7 +107,7 @@ def body_of(directory, say, found):
             body.append(make(found[table], say))
     for name, make in (("variants", variants_table), ("audit", audit_table)):
         if name in found:
-            body += [page.paragraph(gauge_captions.caption(f"gauge_{name}", found, say)), make(found[name], say)]
+            body += [page.paragraph(gauge_captions.caption(f"gauge_{name}", found, say), say), make(found[name], say)]
     summary = Markup('<a href="summary.csv">summary.csv</a>')
     return [*body, Markup(f"<p>{say('gauge.summary', link='{}')}</p>").format(summary), page.links_to_tables(directory, say)]
 

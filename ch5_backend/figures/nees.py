@@ -38,7 +38,7 @@ def cause_lines(axes, tables, policy, names, **look):
         curve(axes, rows, rows["nees_pose"], color, names(label), dashes, "pose", **look)
 
 
-@style.drawn("consistency", 2, 4, (11.0, 5.6), legend=4, sharex=True)
+@style.drawn("consistency", 2, 4, (11.0, 5.6), legend=4, sharex=True, sharey="col")
 def modes(panels, tables):
     columns = (("nees_pose", "pose", "NEES of the pose (6)"), ("nees_yaw", "yaw", "NEES of yaw (1)"),
                ("yaw_information", None, "yaw claimed [rad⁻²]"), ("yaw_leak", None, "the prior's leak [rad⁻²]"))
@@ -58,7 +58,7 @@ def modes(panels, tables):
     panels[1, 0].set_xlabel(f"time [s], mean of {rows['runs'][0]:.0f} flights")
 
 
-@style.drawn("consistency_causes", 1, 2, (11.0, 4.4), legend=4, sharey=True)
+@style.drawn("consistency_causes", 1, 2, (11.0, 4.4), legend=3, sharey=True)
 def causes(panels, tables):
     for axes, (policy, name) in zip(panels, NAMES.items()):
         cause_lines(axes, tables, policy, str, linewidth=1.5)
@@ -95,7 +95,7 @@ def cases_table(say):
 def hosts_table(say):
     """Recordings with hosts exact, with and without the loss, and noisy, across both policies."""
     cells = {"images": lambda row: f"{row['images']:.0f}", "restarts": lambda row: f"{row['restarts']:.0f}", "ATE [m]": lambda row: f"{row['ate_m']:.3f}",
-             "scale_error": lambda row: f"{100 * row['scale_error']:+.1f}".replace("-", "−"), "consistency.rotation": lambda row: f"{row['rotation_error_deg']:.2f}"}
+             "scale_error": lambda row: f"{100 * row['scale_error']:+.1f}", "consistency.rotation": lambda row: f"{row['rotation_error_deg']:.2f}"}
     kept = KEPT("host_noise")
     of = lambda **where: [cell(kept.row(policy=policy, **where)) for cell in cells.values() for policy in NAMES]  # noqa: E731
     hosts = dict.fromkeys(kept["hosts"].tolist())

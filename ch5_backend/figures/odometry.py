@@ -2,6 +2,7 @@
 import numpy as np
 
 from . import style
+from .digits import minus
 from .numbers import windows
 from .hessian import bracket, magnitudes
 from .scene import XYZ, decorate
@@ -189,7 +190,7 @@ def path_words(say, rows, answered):
     if all(np.isfinite(rows[name]["ate_m"]) for name in started):
         errors = [say("odometry_path.error" if np.isfinite(rows[name]["scale_error"]) else "odometry_path.at_rest",
                       policy=NAMES[name], distance=style.number(100 * rows[name]["ate_m"], 2),
-                      scale=f"{100 * rows[name]['scale_error']:+.1f}".replace("-", "−")) for name in started]
+                      scale=minus(f"{100 * rows[name]['scale_error']:+.1f}")) for name in started]
         words = say("odometry_path", errors=say("semicolon").join(errors))
     shown, line, folded = words.partition("\n")
     return shown + "".join(say("odometry_path.silent", policy=NAMES[name]) for name in rows if not answered[name]) + line + folded

@@ -17,11 +17,12 @@ from markupsafe import Markup, escape
 from PIL import Image
 
 from .atomic_write import write_whole
+from .digits import minus
 from .words import NAMES, PAGES, Words
 
 HERE = Path(__file__).resolve().parent
 TEMPLATES = Environment(loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined, keep_trailing_newline=True)
-TEMPLATES.filters.update(json=lambda value: json.dumps(value, ensure_ascii=False), tail=lambda row: row[1:])
+TEMPLATES.filters.update(minus=lambda cell: minus(cell) if type(cell) is str else cell, json=lambda value: json.dumps(value, ensure_ascii=False), tail=lambda row: row[1:])
 PIECES = TEMPLATES.get_template("page.html").module
 
 crossed = PIECES.crossed
@@ -78,8 +79,10 @@ def links_to_tables(directory, say):
     return PIECES.files(sorted(path.name for path in (Path(directory) / "csv").glob("*.csv")), say)
 
 
-def paragraph(words):
-    return Markup("<p>{}</p>").format(words)
+def paragraph(words, say=None):
+    """What follows the first line of the words is folded."""
+    first, _, more = words.partition("\n")
+    return PIECES.folded(first, more, say) if more else Markup("<p>{}</p>").format(first)
 
 
 def opening(heading, lead, say, pages=PAGES):

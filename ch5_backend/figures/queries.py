@@ -2,14 +2,15 @@
 {{large.points | f0}} or {{table('prior_trials').weight.max() | number}}.
 """
 import re
+from functools import partial
 
 from jinja2 import Environment, StrictUndefined, TemplateError
 
-from .digits import number, percent
+from .digits import fixed, minus, number, percent
 from .tables import dense
 
 PLACEHOLDER = re.compile(r"\{\{([^{}\n]+)\}\}")
-FILTERS = {**{f"f{digits}": f"{{:.{digits}f}}".format for digits in range(5)}, "g": "{:g}".format, "number": number, "percent": percent,
+FILTERS = {**{f"f{digits}": partial(fixed, digits=digits) for digits in range(5)}, "g": lambda value: minus(f"{value:g}"), "number": number, "percent": percent,
            "centi": lambda value: 100 * value, "milli": lambda value: 1e3 * value, "dense": dense}
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from markupsafe import Markup
 
 from . import evaluation, odometry, page, sliders, style
-from .digits import fixed
+from .digits import fixed, minus
 from .tables import read
 
 NAMES = {**odometry.NAMES, "batch": "batch"}  # --batch: the whole recording at once
@@ -33,7 +33,7 @@ def summary_table(directory, say):
 def nees_words(directory, say):
     """How NEES is computed, where there is one."""
     if np.isfinite(read(directory, "odometry_policies")["nees_motion"]).any():
-        yield page.paragraph(say("recordings.gauge"))
+        yield page.paragraph(say("recordings.gauge"), say)
 
 
 def segment_table(directory, say):
@@ -45,13 +45,13 @@ def segment_table(directory, say):
     rows = [(NAMES[row["policy"]], f"{row['segment']:.0f}", f"{row['first_s']:.2f} – {row['last_s']:.2f}",
              f"{row['frames']:.0f}", fixed(row["ate_m"], 3), fixed(100 * row["scale_error"], 3), fixed(row["yaw_error_deg"], 3))
             for row in table.rows()]
-    return page.paragraph(say("segment.words")) + page.table(head, rows)
+    return page.paragraph(say("segment.words"), say) + page.table(head, rows)
 
 
 def warnings(directory, say):
     """What is doubtful in the data, with the numbers that it has in the figure of what happened when."""
     for k, row in enumerate(read(directory, "odometry_warnings", may_be_empty=True).rows(), start=1):
-        numbers = {name: f"{row[name]:.4g}".replace("-", "−") for name in ("value", "other")}
+        numbers = {name: minus(f"{row[name]:.4g}") for name in ("value", "other")}
         words = say(f"warning.{row['warning']}", detail=row["detail"], **numbers)
         yield Markup("<p><strong>{}</strong>{}</p>").format(say("warning", number=k), words)
 

@@ -90,7 +90,7 @@ def body_of(directory, say):
     rows, published = read(directory, "recordings"), read_table(PUBLISHED)
     return [*page.opening(say("recordings.title"), say("recordings.lead"), say),
             page.figure(directory, "recordings", say("recordings.caption"), say("recordings.alt"), say),
-            *tables(rows, published, say), page.paragraph(say("recordings.gauge")), page.links_to_tables(directory, say)]
+            *tables(rows, published, say), page.paragraph(say("recordings.gauge"), say), page.links_to_tables(directory, say)]
 
 
 def draw(directory):

@@ -103,12 +103,12 @@ def body_of(directory, say):
         pieces += [page.figure(directory, name, caption, say(f"{name}.alt"), say, measured(name, say))
                    for name, caption in figures.items()]
         if section == "consistency":
-            pieces += [nees.cases_table(say), page.paragraph(say("consistency.hosts")), nees.hosts_table(say),
-                       page.paragraph(nees.why_none(say)), nees.first_estimates_table(say),
+            pieces += [nees.cases_table(say), page.paragraph(say("consistency.hosts"), say), nees.hosts_table(say),
+                       page.paragraph(nees.why_none(say), say), nees.first_estimates_table(say),
                        nees.paired_table(say)]
         if section == "systems":
             pieces.insert(2, systems.ablation_table(say))  # below its figure
-            pieces += [page.paragraph(say("starts.lead")), systems.starts_table(say)]
+            pieces += [page.paragraph(say("starts.lead"), say), systems.starts_table(say)]
         body.append(page.PIECES.section(section, say(f"section.{section}"), pieces))
     steps = [(command, say(f"next.{name}")) for name, command in NEXT.items()]
     return [*body, page.PIECES.steps(say("next"), steps), page.links_to_tables(directory, say)]

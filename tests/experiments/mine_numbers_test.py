@@ -12,6 +12,21 @@ from ch5_backend.figures.words import Words
 HEADER = "image,t_s,x_m,y_m,z_m\n"
 
 
+def write_run(folder, H, S, matrices=True, failure=""):
+    """What ./course run --mine leaves of a student's H and S, of one entry, beside the solution's, which are 1; S of 0 is not there."""
+    for side, (h, s) in (("own", (H, S)), ("solution", (1, 1))):
+        for name, table, text in (("hessian", "matrices", f"matrix,row,column,value\nH,0,0,{h}\n" + (f"S,0,0,{s}\n" if s else "")),
+                                  ("hessian", "convergence", "iteration,cost,lambda\n0,1,\n"),
+                                  ("weights", "weights", f"variant,weight,iterations,cost,drift_m\ncourse,1,3,{h + s},1\n")):
+            place = folder / "mine" / name / side
+            place.mkdir(parents=True, exist_ok=True)
+            if side == "solution" or matrices or table != "matrices":
+                (place / f"{table}.csv").write_text(text)
+    files = {stage["file"]: {"errors": None, "unfinished": {}, "own": stage["todos"]} for stage in page.STAGES[::-1]}
+    files["problem.cc"]["own"] = ["1.1a", "1.2a"]
+    (folder / "mine" / "runs.json").write_text(json.dumps({"files": files, "experiments": {"hessian": failure, "weights": ""}}))
+
+
 class MineNumbers(unittest.TestCase):
     def test_the_image_named_is_one_that_both_have_answered(self):
         with tempfile.TemporaryDirectory() as folder:
@@ -30,20 +45,9 @@ class MineNumbers(unittest.TestCase):
         """A wrong S is stage 1.2's: 1.1 is right, and the weights, which need the solver, say nothing of stage 3."""
         def wrong(H, S, matrices=True, failure=""):
             with tempfile.TemporaryDirectory() as folder:
-                for side, (h, s) in (("own", (H, S)), ("solution", (1, 1))):
-                    for name, table, text in (("hessian", "matrices", f"matrix,row,column,value\nH,0,0,{h}\n" + (f"S,0,0,{s}\n" if s else "")),
-                                              ("hessian", "convergence", "iteration,cost,lambda\n0,1,\n"),
-                                              ("weights", "weights", f"variant,weight,iterations,cost\ncourse,1,3,{h + s}\n")):
-                        place = Path(folder) / "mine" / name / side
-                        place.mkdir(parents=True, exist_ok=True)
-                        if side == "solution" or matrices or table != "matrices":
-                            (place / f"{table}.csv").write_text(text)
-                files = {stage["file"]: {"errors": None, "unfinished": {}, "own": stage["todos"]} for stage in page.STAGES[::-1]}
-                files["problem.cc"]["own"] = ["1.1a", "1.2a"]
-                runs = {"files": files, "experiments": {"hessian": failure, "weights": ""}}
-                (Path(folder) / "mine" / "runs.json").write_text(json.dumps(runs))
+                write_run(Path(folder), H, S, matrices, failure)
                 mine = Mine(folder)
-                return [mark for name in runs["experiments"] for _, mark, _ in page.verdicts(mine, name, Words("en"))]
+                return [mark for name in mine.failures for _, mark, _ in page.verdicts(mine, name, Words("en"))]
 
         self.assertEqual(wrong(1, 1), ["✓", "✓", "✓"])
         self.assertEqual(wrong(1, 2), ["✓", "✗", "–"])

@@ -129,6 +129,8 @@ class Reports(unittest.TestCase):
             for one, other in zip(*found):
                 self.assertEqual(*(Counter(NUMBER.findall(text)) for text in (one, other)), (one, other))
         self.assertEqual([line for line in map(english_in, words_of(chinese).splitlines()) if line], [])
+        for page in (english, chinese):
+            self.assertEqual(re.findall(r"<td>[^<]*(?<![\w.])-\.?\d[^<]*</td>", page), [], "a hyphen for a minus")
         self.assertIn('<html lang="zh">', chinese)
         self.assertIn('<a href="report.zh.html" lang="zh" hreflang="zh">中文</a>', english)
         self.assertIn('<a href="report.html" lang="en" hreflang="en">English</a>', chinese)
@@ -139,11 +141,11 @@ class Reports(unittest.TestCase):
         for page, pattern, most in ((english, r"\S+", 40), (chinese, r"[\u4e00-\u9fff]|[^\s\u4e00-\u9fff]+", 80)):
             captions = re.findall(r"<figcaption>(.*?) <span", without_code(page), re.S)
             self.assertEqual(len(captions), page.count("<figcaption>"))
-            for caption in captions:
+            for caption in [*captions, *re.findall(r"<p>([^<]*)</p><details>", without_code(page))]:
                 self.assertLessEqual(len(re.findall(pattern, html.unescape(caption))), most, caption)
 
     def test_what_is_not_folded_of_a_caption_is_short(self):
-        for of in ("chapter", "recording"):
+        for of in ("chapter", "recording", "gauge"):
             self.captions_are_short(of)
 
     def test_the_chapter_has_the_same_sections_figures_and_numbers(self):

@@ -2,6 +2,8 @@
 
 from unittest import mock
 
+import numpy as np
+
 from ch5_backend.figures import captions, evaluation, gauge_report, nees, odometry, page, recording, report, style, systems
 from ch5_backend.figures.numbers import gauge
 from ch5_backend.figures.numbers.chapter import Chapter
@@ -25,7 +27,7 @@ def write_reports(out, of="chapter"):
     report.keep_tables(out)
     if out != OUT:
         (out / "csv").symlink_to((OUT / "gauge" if of == "gauge" else OUT) / "csv")
-    style.plt.imsave(out / "white.png", [[[1.0] * 3] * 1600] * 800)
+    style.plt.imsave(out / "white.png", np.ones((800, 1600, 3)))
     for name in figures_of(out, of):
         for kind in ("png", "svg", "pdf"):
             path = out / "figures" / f"{name}.{kind}"
