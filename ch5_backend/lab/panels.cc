@@ -1,5 +1,9 @@
 #include "ch5_backend/lab/panels.h"
 
+#include <Eigen/LU>
+
+#include "ch5_backend/math/chi_squared.h"
+
 namespace ch5::lab {
 
 std::string Answer(const std::string& text) {
@@ -13,5 +17,15 @@ std::string Answer(const std::string& text) {
   error.Add("error", fault.Sentence()).Add("setting", fault.setting).Add("value", fault.value);
   return error.Add("kind", fault.kind).Add("limits", fault.limits).Text();
 }
+
+Json ClaimJson(int number, const Vec3& p, const Vec3& truth, const Mat22& covariance) {
+  const Vec2 error = (truth - p).head<2>();
+  Json claim;
+  claim.Add("number", number).Add("p", p).Add("error", VecX(error));
+  claim.Add("covariance", VecX(Eigen::Map<const VecX>(covariance.data(), 4)));
+  return claim.Add("chi2", error.dot(covariance.inverse() * error));
+}
+
+double ClaimLimit() { return ChiSquaredLimit(2, 0.05); }
 
 }  // namespace ch5::lab

@@ -18,6 +18,12 @@ namespace ch5::lab {
 /// first fault, member by member.
 std::string Answer(const std::string& query);
 
+/// What is claimed of x and y of a pose, the truth's distance from them, and the error in that measure, eᵀ Σ⁻¹ e.
+/// @param p  estimated, in the frame of the truth
+Json ClaimJson(int number, const Vec3& p, const Vec3& truth, const Mat22& covariance);
+/// The largest eᵀ Σ⁻¹ e of 95 %.
+double ClaimLimit();
+
 /// Each panel reads its settings from the query and adds its answer to `json`, unless the query has a fault.
 
 /// The scene solved: H, S, their spectra, the trace, the costs, the trajectory, and the difference to the sparse solver.

@@ -5,7 +5,6 @@
 #include "ch5_backend/experiments/studies/matrices.h"
 #include "ch5_backend/lab/panels.h"
 #include "ch5_backend/lab/scene.h"
-#include "ch5_backend/math/chi_squared.h"
 
 namespace ch5::lab {
 namespace {
@@ -49,7 +48,7 @@ int DirectionsWithoutInformation(const MatXX& H, double pixel_information) {
 }
 
 // What the solver claims of x and y of each free camera: a block of H⁻¹, which is a covariance if W is the noise's
-// information and H is regular; and the error in that measure, eᵀ Σ⁻¹ e. H is scaled to a unit diagonal before.
+// information and H is regular. H is scaled to a unit diagonal before.
 void AddClaims(const SceneGraph& graph, const MatXX& H, Json* json) {
   const VecX scale = H.diagonal().cwiseSqrt().cwiseInverse();
   const Eigen::LDLT<MatXX> ldlt(scale.asDiagonal() * H * scale.asDiagonal());
@@ -60,12 +59,9 @@ void AddClaims(const SceneGraph& graph, const MatXX& H, Json* json) {
     MatXX columns = MatXX::Zero(H.rows(), 2);
     columns.middleRows<2>(row).diagonal() = scale.segment<2>(row);
     const Mat22 covariance = (scale.asDiagonal() * ldlt.solve(columns)).middleRows<2>(row);
-    const Vec2 error = (graph.ba.poses[i]->p() - graph.scene.frames[i].p).head<2>();
-    Json claim;
-    claim.Add("number", static_cast<int>(i)).Add("covariance", VecX(Eigen::Map<const VecX>(covariance.data(), 4)));
-    claims.push_back(claim.Add("chi2", error.dot(covariance.inverse() * error)));
+    claims.push_back(ClaimJson(static_cast<int>(i), graph.ba.poses[i]->p(), graph.scene.frames[i].p, covariance));
   }
-  json->Add("claims", claims).Add("claim_limit", ChiSquaredLimit(2, 0.05));
+  json->Add("claims", claims).Add("claim_limit", ClaimLimit());
 }
 
 // H, S and their spectra at the present states. A singular H still has its pattern, and S up to the pivot that fails.

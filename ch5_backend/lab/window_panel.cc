@@ -2,8 +2,10 @@
 #include <memory>
 
 #include "ch5_backend/consistency/gauge_audit.h"
+#include "ch5_backend/evaluate/trajectory_error.h"
 #include "ch5_backend/experiments/studies/window/flight.h"
 #include "ch5_backend/lab/panels.h"
+#include "ch5_backend/window/state_covariance.h"
 
 namespace ch5::lab {
 namespace {
@@ -45,6 +47,28 @@ void AddPrior(const Window& window, Json* json) {
   }
 }
 
+// What the window's graph claims of x and y of its frames while the oldest one's position and yaw are held: there it is laid
+// upon the truth.
+void AddClaims(const Window& window, const std::vector<StampedState>& truth, Json* json) {
+  if (!window.prior) return;
+  const Frame& oldest = window.frames.front();
+  const auto first = StateAt(truth, oldest.t);
+  if (!first) return;
+  const YawTransform to_truth = AlignFirstPose({oldest.pose->q(), oldest.pose->p()}, first->T_W_B);
+  const Mat33 turn = to_truth.Rotation().toRotationMatrix();
+  const std::vector<Mat66> covariances = PoseCovariances(window);
+  std::vector<Json> claims;
+  for (size_t i = 1; i < window.frames.size(); ++i) {
+    const Frame& frame = window.frames[i];
+    const auto state = StateAt(truth, frame.t);
+    if (!state) continue;
+    const Transform estimate = to_truth * Transform{frame.pose->q(), frame.pose->p()};
+    const Mat33 turned = turn * covariances[i].topLeftCorner<3, 3>() * turn.transpose();
+    claims.push_back(ClaimJson(frame.id, estimate.p, state->T_W_B.p, turned.topLeftCorner<2, 2>()));
+  }
+  json->Add("held", first->T_W_B.p).Add("claims", claims).Add("claim_limit", ClaimLimit());
+}
+
 /// One policy's flight, as far as it has been asked for: an answer for each image.
 class PolicyFlight {
  public:
@@ -74,6 +98,7 @@ class PolicyFlight {
     json.Add("frames", FramesOf(window)).Add("landmarks", row.report.landmarks);
     json.Add("cost", row.report.solve.final_cost);
     AddPrior(window, &json);
+    AddClaims(window, recording_->truth, &json);
     windows.push_back(json);
     if (row.report.state) positions.push_back(row.report.state->T_W_B.p);
   }

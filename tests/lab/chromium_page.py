@@ -69,10 +69,12 @@ class Page:
     def click(self, selector, across=0.5, down=0.5):
         self.over(selector, across, down).click().perform()
 
-    def touch(self, selector, right, down):
-        """Drags an element by a finger."""
-        x, y = self.evaluate(f"(box => [box.x + box.width / 2, box.y + box.height / 2])(document.querySelector('{selector}').getBoundingClientRect())")
-        for kind, part in (("touchStart", 0.0), *(("touchMove", k / 10) for k in range(1, 11)), ("touchEnd", None)):
+    def touch(self, selector, right=0, down=0, across=0.5, top=0.5):
+        """Drags an element by a finger that is put on it at a fraction of its width and height, or taps it there."""
+        x, y = self.evaluate(f"(one => {{ one.scrollIntoView({{block: 'center'}}); const box = one.getBoundingClientRect();"
+                             f"return [box.x + {across} * box.width, box.y + {top} * box.height]; }})(document.querySelector({selector!r}))")
+        moves = [("touchMove", k / 10) for k in range(1, 11) if right or down]
+        for kind, part in (("touchStart", 0.0), *moves, ("touchEnd", None)):
             points = [] if part is None else [{"x": x + part * right, "y": y + part * down}]
             self.driver.execute_cdp_cmd("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
 

@@ -35,9 +35,21 @@ function short(value) {
 
 const powerOfTen = n => "10" + [...String(n)].map(letter => "⁰¹²³⁴⁵⁶⁷⁸⁹"[letter] || "⁻").join("");
 
+// A setting's words: "1e-5" as 10⁻⁵, and a range of such.
+const asPowers = words => words.replace(/\b(\d+(?:[.]\d+)?)e[+]?(-?\d+)/g, (_, digits, power) => (digits === "1" ? "" : `${digits} × `) + powerOfTen(power));
+
 function color(name) { return getComputedStyle(document.documentElement).getPropertyValue(name).trim(); }
 
 const DECADES = 8;  // entries so much smaller than the largest are as pale as can be seen
+
+// While two settings are drawn side by side: the range of each axis, and of each matrix' entries, by name; else null.
+let common = null;
+function commonRange(name, [low, high]) {
+  if (!common) return [low, high];
+  const [least, most] = common.get(name) ?? [low, high];
+  common.set(name, [Math.min(least, low), Math.max(most, high)]);
+  return common.get(name);
+}
 
 // The variable that holds the row.
 function variableAt(variables, row) { return variables.findIndex(one => row >= one.row && row < one.row + one.rows); }
@@ -52,15 +64,17 @@ function writeNumbers(context, M, scale, fill) {
   });
 }
 
+const largestOf = M => M.values.reduce((most, value) => Math.max(most, Math.abs(value)), 0);
+
 // Blue for positive entries, red for negative ones, stronger the larger; yellow where `fill` says that a zero was filled.
 // `tell(row, column)` hears of the entry under the pointer or, by arrow keys, under the cursor, which goes from variable to
 // variable; `tell(-1)` that there is none; `act(row, column)` of a click or the Enter key.
-function matrix(M, {variables = [], fill = null, label, id, act = null, tell = () => {}}) {
+function matrix(M, {variables = [], fill = null, label, id, act = null, tell = () => {}, largest = largestOf(M)}) {
   const scale = Math.max(1, Math.floor((M.rows <= 6 ? 840 : 480) / Math.max(M.rows, 1)));
   const canvas = element("canvas", {width: scale * M.cols, height: scale * M.rows, role: "application", "aria-label": label,
     tabindex: 0, id});
   const context = canvas.getContext("2d");
-  const largest = M.values.reduce((most, value) => Math.max(most, Math.abs(value)), 0);
+  [, largest] = commonRange(id, [0, largest]);
   const [blue, red, yellow, line] = ["--blue", "--red", "--yellow", "--line"].map(color);
   M.values.forEach((value, i) => {
     if (!value) return;
@@ -130,7 +144,8 @@ function chart({series, log = true, x, y, label}) {
   if (log) [low, high] = [Math.floor(low), Math.ceil(high)];
   if (!log) low = 0;
   if (high - low < 1e-12) [low, high] = [low - 1, high + 1];
-  const most = Math.max(1, ...series.map(one => one.values.length - 1));
+  [low, high] = commonRange(`${label} y`, [low, high]);
+  const [, most] = commonRange(`${label} x`, [0, Math.max(1, ...series.map(one => one.values.length - 1))]);
   const px = i => LEFT + (WIDTH - LEFT - 12) * i / most;
   const py = value => value === null ? null : 22 + (HEIGHT - BOTTOM - 22)
     * (1 - ((log && value <= 0 ? low : map(value)) - low) / (high - low));
@@ -164,7 +179,7 @@ function chart({series, log = true, x, y, label}) {
 
 // Bars of a vector, poses' rows and landmarks' rows in two colors.
 function bars(values, poseRows, label) {
-  const most = Math.max(1e-300, ...values.map(Math.abs)), middle = HEIGHT / 2;
+  const [, most] = commonRange(label, [0, Math.max(1e-300, ...values.map(Math.abs))]), middle = HEIGHT / 2;
   const step = (WIDTH - LEFT - 12) / Math.max(values.length, 1);
   const svg = element("svg", {viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img", "aria-label": label});
   svg.append(element("line", {class: "axis", x1: LEFT, x2: WIDTH - 12, y1: middle, y2: middle}),
@@ -173,7 +188,7 @@ function bars(values, poseRows, label) {
   values.forEach((value, i) => {
     const size = (middle - 20) * Math.abs(value) / most;
     svg.append(element("rect", {x: LEFT + step * i, y: value > 0 ? middle - size : middle, width: Math.max(1, step * 0.8),
-      height: size, fill: `var(${i < poseRows ? "--blue" : "--red"})`}));
+      height: size, fill: `var(${i < poseRows ? "--blue" : "--orange"})`}));
   });
   return svg;
 }

@@ -81,7 +81,7 @@ function drop(values, {setting, value, kind, limits}) {
 function tellIgnored() {
   part("message").replaceChildren(...state.ignored.map(({setting, value, kind, limits}) => element("span", {},
     say(kind === "setting" ? "ignored.setting" : "ignored", {setting, value,
-      wanted: kind === "setting" ? "" : say(`wanted.${kind}`, {limits: limits.replace(" to ", " – ")})}), " ")));
+      wanted: kind === "setting" ? "" : say(`wanted.${kind}`, {limits: asPowers(limits.replace(" to ", " – "))})}), " ")));
 }
 
 function draw(answer, values, other, beside, begin) {
@@ -94,12 +94,17 @@ function draw(answer, values, other, beside, begin) {
     box.replaceChildren(...drawings.filter(isShown).sort((one, other) => task ? rank(one) - rank(other) : 0));
     if (task && !veiled) box.append(fold(drawings.filter(one => !isShown(one))));
   };
+  if (other) {  // drawn once for the ranges, then with what both share
+    common = new Map();
+    DRAW[state.panel](other, beside, () => {});
+  }
   place(part("pictures"), answer, values, set);
   part("beside").hidden = !other;
   part("stage").classList.toggle("two", Boolean(other));
   part("beside").replaceChildren();
   if (other) {
     place(part("beside"), other, beside, () => {});
+    common = null;
     freeze(part("beside"));
     part("beside").prepend(element("h2", {class: "wide"}, `${text("beside")}: ${differences(beside, values)}`));
     part("pictures").prepend(element("h2", {class: "wide"}, `${text("now")}: ${differences(values, beside)}`));
@@ -132,7 +137,7 @@ function freeze(box) {
 function differences(values, others) {
   const names = Object.keys(values).filter(one => values[one] !== others[one]);
   return names.map(one => `${TEXT[one] ? text(one) : one} ${TEXT[`${one}.${values[one]}`] ? text(`${one}.${values[one]}`)
-    : values[one] || "–"}`).join(text("comma")) || text("same");
+    : asPowers(values[one]) || "–"}`).join(text("comma")) || text("same");
 }
 
 function build() {

@@ -67,7 +67,7 @@ function sceneFigure(a, layers, caption, values, set) {
 function observations(a, values, set) {
   const {rows, cols} = a.residuals, count = rows - 1, wide = Math.max(cols, 12);
   const at = (n, k) => a.residuals.values[n * cols + k];
-  const largest = Math.max(1e-300, ...a.residuals.values.map(value => value || 0));
+  const [, largest] = commonRange("observations", [0, Math.max(1e-300, ...a.residuals.values.map(value => value || 0))]);
   const cellSize = Math.floor(960 / wide);
   const canvas = element("canvas", {width: cellSize * cols, height: cellSize * count, role: "application", tabindex: 0,
     "aria-label": text("observations.label"), class: "grid", id: "observations"});
@@ -110,35 +110,68 @@ function observations(a, values, set) {
   return box;
 }
 
-// What the solver claims of each camera's x and y, and where the truth lies, enlarged alike about the estimate.
-function claims(a) {
-  const claimed = (a.claims || []).filter(one => isFinitePoint(a.estimate.frames[one.number].p));
-  if (!claimed.length) return figure("claims", text("claims"), text("claims.none"));
-  const ellipses = claimed.map(({number, covariance: [xx, xy, , yy], chi2}) => {
-    const p = a.estimate.frames[number].p, half = (xx + yy) / 2, root = Math.hypot((xx - yy) / 2, xy);
-    const [long, wide] = [half + root, Math.max(half - root, 0)].map(one => Math.sqrt(a.claim_limit * one));
-    return {p, long, wide, turn: -90 / Math.PI * Math.atan2(2 * xy, xx - yy), isOut: chi2 > a.claim_limit,
-      error: [0, 1].map(axis => a.truth.frames[number].p[axis] - p[axis])};
+// Ellipses of what is claimed of x and y and where the truth lies, enlarged alike about the estimate; `at` places a point of the
+// world, whose meter has so many pixels.
+function ellipsesOf({claims, claim_limit: limit}, at, pixels, times) {
+  return claims.flatMap(({p, error, covariance: [xx, xy, , yy], chi2}) => {
+    const half = (xx + yy) / 2, root = Math.hypot((xx - yy) / 2, xy);
+    const [rx, ry] = [half + root, Math.max(half - root, 0)].map(one => times * pixels * Math.sqrt(limit * one));
+    const [[cx, cy], [x, y]] = [p, [p[0] + times * error[0], p[1] + times * error[1]]].map(at);
+    const turn = `rotate(${-90 / Math.PI * Math.atan2(2 * xy, xx - yy)} ${cx} ${cy})`, isOut = chi2 > limit;
+    return [element("ellipse", {cx, cy, rx, ry, transform: turn, fill: "none", stroke: "var(--blue)", "stroke-width": 2}),
+      element("path", {d: `M${cx} ${cy}L${x} ${y}`, stroke: "var(--gray)"}), element("circle", {cx, cy, r: 3, fill: "var(--blue)"}),
+      element("circle", {cx: x, cy: y, r: isOut ? 7 : 4, class: isOut ? "out" : undefined, ...paintOf({hollow: isOut, color: isOut ? "--red" : "--gray"})})];
   });
-  const room = 0.35 * SIDE / PIXELS / Math.max(2, claimed.length), most = Math.max(...ellipses.map(one => Math.max(one.long, Math.hypot(...one.error))));
-  const decade = 10 ** Math.floor(Math.log10(room / most)), times = decade * [5, 2, 1].find(one => one * decade <= room / most);
+}
+
+const claimedOf = a => (a.claims || []).filter(one => isFinitePoint(one.p));
+
+// 1, 2 or 5 times a power of ten, so that no ellipse and no error is longer than `room` [m].
+function enlargement(claims, limit, room) {
+  const [, most] = commonRange("claims", [0, Math.max(...claims.map(({error, covariance: [xx, xy, , yy]}) =>
+    Math.max(Math.sqrt(limit * ((xx + yy) / 2 + Math.hypot((xx - yy) / 2, xy))), Math.hypot(...error))))]);
+  const decade = 10 ** Math.floor(Math.log10(room / most));
+  return Number((decade * [5, 2, 1].find(one => one * decade <= room / most)).toPrecision(1));
+}
+
+function claimsFigure(title, a, claims, times, drawing) {
+  drawing.append(...legend([{name: text("estimate"), color: "--blue"}, {name: text("truth"), color: "--gray"}, {name: text("claims.out"), color: "--red", hollow: true}]));
+  return figure("claims", title, say("claims.words", {times, out: claims.filter(one => one.chi2 > a.claim_limit).length, all: claims.length}), drawing);
+}
+
+function claims(a) {
+  const claimed = claimedOf(a);
+  if (!claimed.length) return figure("claims", text("claims"), text("claims.none"));
+  const times = enlargement(claimed, a.claim_limit, 0.35 * SIDE / PIXELS / Math.max(2, claimed.length));
   const svg = element("svg", {viewBox: `0 0 ${SIDE} ${SIDE + 16}`, role: "img", "aria-label": text("claims"), class: "game"});
-  for (const {p, long, wide, turn, isOut, error} of ellipses) {
-    const [[cx, cy], [x, y]] = [p, [p[0] + times * error[0], p[1] + times * error[1]]].map(toPicture);
-    svg.append(element("ellipse", {cx, cy, rx: times * PIXELS * long, ry: times * PIXELS * wide, transform: `rotate(${turn} ${cx} ${cy})`,
-      fill: "none", stroke: "var(--blue)", "stroke-width": 2}), element("circle", {cx, cy, r: 3, fill: "var(--blue)"}),
-    element("circle", {cx: x, cy: y, r: 5, fill: `var(${isOut ? "--red" : "--gray"})`}));
-  }
-  svg.append(...legend([{name: text("estimate"), color: "--blue"}, {name: text("truth"), color: "--gray"}, {name: text("claims.out"), color: "--red"}]));
-  return figure("claims", text("claims"), say("claims.words", {times: Number(times.toPrecision(2)), out: ellipses.filter(one => one.isOut).length, all: ellipses.length}), svg);
+  svg.append(...ellipsesOf({...a, claims: claimed}, toPicture, PIXELS, times));
+  return claimsFigure(text("claims"), a, claimed, times, svg);
+}
+
+// The same of the windows of both policies: maps of one scale, about each window's middle.
+function claimsOfWindows(a, keys) {
+  const all = keys.map(key => claimedOf(a[key])), axes = [0, 1], placed = k => [a[keys[k]].held, ...all[k].map(one => one.p)];
+  if (all.some(one => !one.length)) return keys.map(() => null);
+  const range = (k, axis) => [Math.min, Math.max].map(most => most(...placed(k).map(p => p[axis])));
+  const spans = all.map((_, k) => axes.map(axis => range(k, axis)[1] - range(k, axis)[0]));
+  const pixels = Math.min(...spans.map(([x, y]) => Math.min((WIDTH - 120) / Math.max(x, 0.05), (HEIGHT - 120) / Math.max(y, 0.05))));
+  const times = enlargement(all.flat(), a[keys[0]].claim_limit, 46 / pixels);
+  return keys.map((key, k) => {
+    const title = say("claims.of", {policy: text(key)}), svg = element("svg", {viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img", "aria-label": title});
+    const [mx, my] = axes.map(axis => range(k, axis).reduce((sum, end) => sum + end / 2, 0));
+    const at = p => [WIDTH / 2 + pixels * (p[0] - mx), (HEIGHT + 20) / 2 - pixels * (p[1] - my)], [x, y] = at(a[key].held);
+    svg.append(element("path", {d: "M" + placed(k).map(p => at(p).join(" ")).join("L"), fill: "none", stroke: "var(--line)", "stroke-width": 2}),
+      element("circle", {cx: x, cy: y, r: 4, fill: "var(--gray)"}), ...ellipsesOf({...a[key], claims: all[k]}, at, pixels, times), ...scaleBar(WIDTH, HEIGHT, pixels));
+    return claimsFigure(title, a[key], all[k], times, svg);
+  });
 }
 
 function drawSolve(a, values, set) {
   const trace = a.trace;
   const spectra = [{name: "H", values: a.spectrum_H, color: "--blue", dots: true}];
-  if (a.spectrum_S) spectra.push({name: "S", values: a.spectrum_S, color: "--red", dots: true});
+  if (a.spectrum_S) spectra.push({name: "S", values: a.spectrum_S, color: "--ink", dots: true});
   return [
-    sceneFigure(a, [["start.states", a.start, "--red", true], ["estimate", a.estimate, "--blue", false]],
+    sceneFigure(a, [["start.states", a.start, "--pale", true], ["estimate", a.estimate, "--blue", false]],
       say("scene.words", {at: short(a.rmse_position), aligned: short(a.rmse_position_aligned), points: short(a.rmse_point)}), values, set),
     claims(a),
     told("H", text("H"), a.H, a.variables.filter(one => one.row >= 0)),
@@ -146,7 +179,7 @@ function drawSolve(a, values, set) {
     observations(a, values, set),
     figure("cost", text("cost"), say("cost.words", {iterations: a.iterations, end: text("end." + a.termination)}),
       chart({series: [{name: text("cost"), values: trace.map(row => row.cost), color: "--blue"},
-        {name: "λ", values: trace.map((row, i) => i ? row.lambda : null), color: "--red", dashed: true}],
+        {name: "λ", values: trace.map((row, i) => i ? row.lambda : null), color: "--orange", dashed: true}],
         x: text("iteration"), y: "", label: text("cost")}),
       lines(formula("F = ½ Σ ρ(r^T W r)"),
         formula(`= ${number(a.observation_cost)} + ${number(a.prior_cost)}`), formula(`= ${number(a.final_cost)}`))),
@@ -198,7 +231,7 @@ function stepFormulas(a, {stop, algorithm}) {
 function stopPictures(a, stop, values, set) {
   const row = a.trials[a.trial], variables = a.variables.filter(one => one.row >= 0);
   const H = () => told("H", text("H"), a.H, variables);
-  const from = ["linearized_at", a.linearized_at, "--red", true], begin = ["start.states", a.start, "--gray", true];
+  const from = ["linearized_at", a.linearized_at, "--blue", true], begin = ["start.states", a.start, "--pale", true];
   const moved = layers => sceneFigure(a, [begin, ...layers], "", values, set);
   const vector = (title, values) => figure(title, text(title), text("rows.words"), bars(values, a.pose_rows, text(title)));
   switch (stop) {
@@ -206,7 +239,7 @@ function stopPictures(a, stop, values, set) {
     case "build": return [moved([from]), H(), vector("b", a.b)];
     case "damp": return [H(), figure("diagonal", text("diagonal"), say("damp.words", {lambda: short(row.lambda)}), chart({
       series: [{name: "diag H", values: a.H.values.filter((_, i) => i % (a.H.rows + 1) === 0), color: "--blue", dots: true},
-        {name: "λD", values: a.damping, color: "--red", dots: true}], x: text("index"), y: "", label: text("diagonal")}))];
+        {name: "λD", values: a.damping, color: "--orange", dots: true}], x: text("index"), y: "", label: text("diagonal")}))];
     case "eliminate": return [moved([from]), H(), told("S.damped", text("S.damped"), a.S, posesOf(a.variables))];
     case "solve": return row.solved ? [vector("delta_x", a.delta_x)] : [element("p", {class: "bad"}, text("unsolved"))];
     case "step": return [moved([from, ["moved_to", a.moved_to, "--blue", false]])];
@@ -299,13 +332,14 @@ function strip(frames, image, label) {
     const at = x(frame.id);
     svg.append(element("rect", {x: at - 5, y: 23, width: 10, height: 10, stroke: "var(--blue)", "stroke-width": 1.5,
       fill: frame.keyframe ? "var(--blue)" : "none"}, element("title", {}, say("frame.n", {n: frame.id}))));
-    if (frame.in_prior) svg.append(element("circle", {cx: at, cy: 28, r: 10, fill: "none", stroke: "var(--red)", "stroke-width": 1.5}));
+    if (frame.in_prior) svg.append(element("circle", {cx: at, cy: 28, r: 10, fill: "none", stroke: "var(--orange)", "stroke-width": 1.5}));
     if (frame.speed) svg.append(element("line", {x1: at, x2: at, y1: 38, y2: 46, stroke: "var(--green)", "stroke-width": 3}));
   }
   return svg;
 }
 
 function drawWindow(a) {
+  const largest = Math.max(...["vins", "okvis"].map(key => a[key].H ? largestOf(a[key].H) : 0));
   const one = key => {
     const w = a[key];
     const rows = [["landmarks", w.landmarks], ["cost", w.cost],
@@ -313,14 +347,14 @@ function drawWindow(a) {
     return [
       figure("frames.of", say("frames.of", {policy: text(key)}), say("frames.words", {count: w.frames.length}),
         strip(w.frames, a.image, text("frames.legend"))),
-      w.H ? told("prior.of", say("prior.of", {policy: text(key)}), w.H, w.variables, {id: `matrix-prior-${key}`}) : null,
+      w.H ? told("prior.of", say("prior.of", {policy: text(key)}), w.H, w.variables, {id: `matrix-prior-${key}`, largest}) : null,
       figure("numbers.of", say("numbers.of", {policy: text(key)}), "", table(["", ""], rows.map(([word, value]) => [text(word), value]))),
     ];
   };
-  const path = (key, points, color) => ({name: text(key), color, points: points.slice(0, a.image + 1)});
+  const path = (key, points, color, hollow) => ({name: text(key), color, hollow, points: points.slice(0, a.image + 1)});
   const vins = one("vins"), okvis = one("okvis");
-  const pairs = vins.flatMap((left, i) => [left, okvis[i]]);
+  const pairs = [...vins.flatMap((left, i) => [left, okvis[i]]), ...claimsOfWindows(a, ["vins", "okvis"])];
   return [element("p", {class: "legend wide"}, text("frames.legend")), ...pairs,
     figure("flight", text("flight"), text("flight.words"), trajectories([path("truth", a.truth, "--gray"),
-      path("vins", a.vins.positions, "--blue"), path("okvis", a.okvis.positions, "--red")], text("flight")))];
+      path("vins", a.vins.positions, "--blue"), path("okvis", a.okvis.positions, "--blue", true)], text("flight")))];
 }

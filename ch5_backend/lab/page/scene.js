@@ -104,14 +104,14 @@ function makeHandle(node, kind, number, p, {move}) {
 // A map of positions whose size is not known before.
 function trajectories(layers, label) {
   const all = layers.flatMap(one => one.points);
-  const range = axis => [Math.min(...all.map(p => p[axis])), Math.max(...all.map(p => p[axis]))];
+  const range = axis => commonRange(`${label} ${axis}`, [Math.min(...all.map(p => p[axis])), Math.max(...all.map(p => p[axis]))]);
   const [[x0, x1], [y0, y1]] = [range(0), range(1)];
   const size = Math.min((WIDTH - 40) / Math.max(x1 - x0, 0.1), (HEIGHT - 56) / Math.max(y1 - y0, 0.1));
   const at = p => [WIDTH / 2 + size * (p[0] - (x0 + x1) / 2), (HEIGHT + 20) / 2 - size * (p[1] - (y0 + y1) / 2)];
   const svg = element("svg", {viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img", "aria-label": label});
   for (const one of layers.filter(one => one.points.length > 1)) {
     svg.append(element("path", {d: "M" + one.points.map(p => at(p).join(" ")).join("L"), fill: "none",
-      stroke: `var(${one.color})`, "stroke-width": 1.5}));
+      stroke: `var(${one.color})`, "stroke-width": 1.5, "stroke-dasharray": one.hollow ? "4 3" : undefined}));
   }
   svg.append(...legend(layers), ...scaleBar(WIDTH, HEIGHT, size));
   return svg;

@@ -97,7 +97,7 @@ function valueAt(one, place) {
 
 function control(one, change) {
   const id = `set-${one.name}`, value = state.values[one.name];
-  const shown = element("output", {for: id}, one.kind === "choice" ? "" : value);
+  const shown = element("output", {for: id}, one.kind === "choice" ? "" : asPowers(value));
   let input;
   if (one.kind === "choice") {
     input = element("select", {id, change: () => change(one.name, input.value)},
@@ -106,10 +106,10 @@ function control(one, change) {
     const [low, high, step, at] = one.kind === "log"
       ? [10 * one.low - (one.zero ? 1 : 0), 10 * one.high, 1, placeOf(one, value)] : [one.low, one.high, one.step, value];
     const read = () => one.kind === "log" ? valueAt(one, Number(input.value)) : input.value;
-    input = element("input", {id, type: "range", min: low, max: high, step, value: at, "aria-valuetext": value,
+    input = element("input", {id, type: "range", min: low, max: high, step, value: at, "aria-valuetext": asPowers(value),
       input: () => {
-        shown.textContent = read();
-        input.setAttribute("aria-valuetext", read());
+        shown.textContent = asPowers(read());
+        input.setAttribute("aria-valuetext", shown.textContent);
         change(one.name, read());
       }});
   }

@@ -28,7 +28,7 @@ function openTask(id) {
   if (task) part("task").focus();
 }
 
-const optionText = (task, option) => TEXT[`task.${task.id}.${option}`] ? text(`task.${task.id}.${option}`) : option;
+const optionText = (task, option) => TEXT[`task.${task.id}.${option}`] ? text(`task.${task.id}.${option}`) : asPowers(option);
 
 function drawTasks() {
   const task = taskNow();
@@ -47,7 +47,7 @@ function drawTasks() {
   optionText(task, option)));
   part("task").classList.toggle("guessed", guess !== undefined);
   part("task-goal").replaceChildren(
-    element("h3", {}, `${CHALLENGES.indexOf(task) + 1}. ${text(`task.${task.id}`)}`),
+    element("h2", {}, `${CHALLENGES.indexOf(task) + 1}. ${text(`task.${task.id}`)}`),
     element("p", {class: "asked"}, ...rich(`task.${task.id}.predict`)),
     element("div", {class: "row asked", role: "group", "aria-label": text("task.predict")}, ...options),
     element("p", {id: "predicted", role: "status"}),
