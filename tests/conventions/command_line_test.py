@@ -1,6 +1,7 @@
 """./course as its users see it: help, refusals, JSON, and silence where nobody looks."""
 
 import fcntl
+import itertools
 import json
 import os
 import pty
@@ -23,6 +24,21 @@ from tests.project import BUILD, ROOT, TINY_BAL, run
 
 def course(*words, **options):
     return run(ROOT / "course", *words, **options)
+
+
+def on_terminal(columns, words, env):
+    """What ./course shows on a terminal of so many columns, without its colors."""
+    terminal, side = pty.openpty()
+    fcntl.ioctl(side, termios.TIOCSWINSZ, struct.pack("HHHH", 200, columns, 0, 0))
+    with subprocess.Popen([ROOT / "course", *words], stdin=subprocess.DEVNULL, stdout=side, env=env | {"NO_COLOR": "1"}):
+        os.close(side)
+        with os.fdopen(terminal, "rb", buffering=0) as screen:
+            shown = b""
+            try:
+                while part := screen.read(65536):
+                    shown += part
+            except OSError:  # the terminal's other side is closed
+                return shown.decode()
 
 
 class CommandLine(FolderTest):
@@ -49,28 +65,19 @@ class CommandLine(FolderTest):
             for command in COMMANDS:
                 self.assertIn(f"./course {command}", done.stdout)
 
-    def test_help_fits_the_terminal_and_cuts_no_word(self):
+    def test_what_is_said_fits_the_terminal_and_cuts_no_word(self):
         for language in ("C.UTF-8", "zh_CN.UTF-8"):
             env = {name: value for name, value in os.environ.items() if name != "COLUMNS"} | {"LC_ALL": language}
-            words = re.findall(r"[\w./-]+", course("help", env=env).stdout, re.ASCII)
-            for columns in (60, 80, 120):
-                terminal, side = pty.openpty()
-                fcntl.ioctl(side, termios.TIOCSWINSZ, struct.pack("HHHH", 200, columns, 0, 0))
-                with subprocess.Popen([ROOT / "course", "help"], stdin=subprocess.DEVNULL, stdout=side, env=env) as process:
-                    os.close(side)
-                    with os.fdopen(terminal, "rb", buffering=0) as screen:
-                        shown = b""
-                        try:
-                            while part := screen.read(65536):
-                                shown += part
-                        except OSError:  # the terminal's other side is closed
-                            pass
-                self.assertEqual(process.returncode, 0)
-                self.assertLessEqual(max(map(width, shown.decode().splitlines())), columns)
-                self.assertEqual(re.findall(r"[\w./-]+", shown.decode(), re.ASCII), words)
-                for command in COMMANDS:
-                    with mock.patch.dict(os.environ, env | {"COLUMNS": str(columns)}):
-                        self.assertLessEqual(max(map(width, make_parser(command).format_help().splitlines())), columns, command)
+            for words in (["help"], ["status"], ["hint", "1.2", "2"], ["evidence"]):
+                said = re.findall(r"[\w./-]+", course(*words, env=env).stdout, re.ASCII)
+                self.assertGreater(len(said), 20)
+                for columns in (60, 80, 120):
+                    shown = on_terminal(columns, words, env)
+                    self.assertLessEqual(max(map(width, shown.splitlines())), columns, words)
+                    self.assertEqual(re.findall(r"[\w./-]+", shown, re.ASCII), said, words)
+            for command, columns in itertools.product(COMMANDS, (60, 80, 120)):
+                with mock.patch.dict(os.environ, env | {"COLUMNS": str(columns)}):
+                    self.assertLessEqual(max(map(width, make_parser(command).format_help().splitlines())), columns, command)
 
     def test_every_command_has_help(self):
         for command in COMMANDS:

@@ -97,7 +97,7 @@ def render(text: str, source: str, links: Links) -> Markup:
             token.children = [new for child in token.children for new in set_words(child)]
             follow_links(token.children, source, links)
     html = reader.renderer.render(tokens, reader.options, {})
-    return Markup(html.replace("<pre>", '<pre tabindex="0">').replace("<table>", '<table tabindex="0">'))
+    return Markup(html.replace("<th></th>", "<td></td>").replace("<pre>", '<pre tabindex="0">').replace("<table>", '<table tabindex="0">'))
 
 
 def keep_math(state, silent: bool) -> bool:

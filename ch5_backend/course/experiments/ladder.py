@@ -16,9 +16,9 @@ from ch5_backend.figures.numbers.windows import KEPT
 from ..base import jsonout
 from ..base.cmake_build import BIN, build_or_fail
 from ..base.errors import CourseError, warn
-from ..base.language import aligned, sentence, speaker
+from ..base.language import aligned, fitted, sentence, speaker
 from ..base.progress import Progress
-from ..homework.check import fitted, judge_stages, select
+from ..homework.check import judge_stages, select
 from .bench import Case, iteration_seconds, processor, run_side, ways_of
 from .programs import check_exit
 

@@ -5,7 +5,6 @@ said of its sign. Those are checked here; the sentence beside them, kept in refu
 """
 
 import csv
-import shutil
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,7 +13,7 @@ import numpy as np
 
 from ch5_backend.figures.tables import read_table
 
-from ..base.language import Speaker, fold, speaker
+from ..base.language import Speaker, fitted, speaker
 from ..homework.check import folder
 from ..homework.predict import numbers_in, read_row, shown
 from . import plots
@@ -117,7 +116,7 @@ def refute(number, out, language: str) -> int:
     if due := plots.due_of([exercise.tables()], out):
         plots.make_tables(due, out)
     text = f"{number} · {say(exercise.claim)}\n\n{say('refute.how', table=place, n=exercise.trials)}\n"
-    print(fold(text, shutil.get_terminal_size().columns) if sys.stdout.isatty() else text)
+    print(fitted(text, sys.stdout))
     try:
         for comparison in open_of(number):
             if not ask(number, comparison, read_table(place), say):

@@ -21,7 +21,7 @@ from .names import namesake, plain
 from .predict import compared, predict
 from .regions import NAME_CAUSE_AT_FAILURE, STAGES, covers, todos_of
 from .ticks import EMPTY, RIGHT, WAITS, WRONG, ticks
-from ..base.language import Speaker, fold, pad, sentence, speaker
+from ..base.language import Speaker, fitted, pad, sentence, speaker
 
 COLORS = {"right": "32", "wrong": "31", "crashes": "31", "times-out": "31", "does-not-compile": "31",
            "not-started": "33"}
@@ -200,11 +200,6 @@ def paint(text: str, state: str, out) -> str:
     return f"\033[1;{COLORS[state]}m{text}\033[0m"
 
 
-def fitted(text: str, out) -> str:
-    """For a terminal of this width; in a pipe the lines stay as they are."""
-    return fold(text, shutil.get_terminal_size().columns) if out.isatty() else text
-
-
 def state_of(verdict: Verdict, say: Speaker) -> str:
     return say("state.half-done" if verdict.diagnosis.get("begun") else f"state.{verdict.state}")
 
@@ -212,9 +207,9 @@ def state_of(verdict: Verdict, say: Speaker) -> str:
 def tell_line(stage: dict, verdict: Verdict, out, say: Speaker) -> None:
     """One line of ./course status, and one for the hint."""
     state = paint(f"{MARKS.get(verdict.state, '✗')} {pad(state_of(verdict, say), STATE_WIDTH)}", verdict.state, out)
-    title = f"{say('title.' + stage['id'])}  ({stage['file']})"
+    title = f"{say('title.' + stage['id'])} ({stage['file']})"
     narrow = out.isatty() and shutil.get_terminal_size().columns < 100
-    print(f"{stage['id']:<4} {state}" + ("\n       " if narrow else "  ") + title, file=out)
+    print(f"{stage['id']:<4} {state}" + ("\n" + fitted(f"       {title}", out) if narrow else f"  {title}"), file=out)
     tell_ticks(verdict, "       ", out, say)
     if verdict.diagnosis:
         print(fitted(f"       {in_short(verdict.diagnosis, say)}", out), file=out)

@@ -1,11 +1,12 @@
 """./course hint: the handout's folded hints, one at a time, so that a terminal hides them as a browser does."""
 
 import re
+import sys
 from pathlib import Path
 
 from ..base.cmake_build import ROOT
 from ..base.errors import CourseError
-from ..base.language import sentence
+from ..base.language import fitted, sentence
 from .names import plain
 from .regions import STAGES, covers, sections_of
 
@@ -27,7 +28,7 @@ def show_one(section: str, hints: dict, number: str, language: str) -> None:
         raise CourseError(sentence("hint.unknown_number", stage=section, numbers=", ".join(hints), number=number,
                                    command=f"./course hint {section} 1"))
     title, text = hints[number]
-    print(f"{STAGE[language]} {section} · {title}\n\n{text}\n")
+    print(fitted(f"{STAGE[language]} {section} · {title}\n\n{text}\n", sys.stdout))
     following = str(int(number) + 1)
     print(f"./course check {section}" + (f"   ./course hint {section} {following}" if following in hints else ""))
 

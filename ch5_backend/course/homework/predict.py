@@ -3,13 +3,12 @@ and gives ./course check what to compare once the stage is right."""
 
 import csv
 import re
-import shutil
 import sys
 from fractions import Fraction
 from pathlib import Path
 
 from ..base.errors import warn
-from ..base.language import Speaker, fold, speaker
+from ..base.language import Speaker, fitted, speaker
 from . import hint
 from .regions import STAGES
 
@@ -87,7 +86,7 @@ def predict(stages: list, folder: Path, language: str) -> int:
         return 0
     stage, new = (due or stages)[0], {}
     text = f"{stage['id']} · {say('title.' + stage['id'])}\n\n{asked_in(stage, language)}\n"
-    print(fold(text, shutil.get_terminal_size().columns) if sys.stdout.isatty() else text)
+    print(fitted(text, sys.stdout))
     try:
         for question, right in QUESTIONS[stage["id"]].items():
             if question in known:
@@ -98,7 +97,7 @@ def predict(stages: list, folder: Path, language: str) -> int:
         print()
     with open(folder / NAME, "a", newline="", encoding="utf-8") as file:
         csv.writer(file, lineterminator="\n").writerows([question.partition(".")[2], words] for question, words in new.items())
-    print("\n" + say("predict.kept", file=NAME, command=f"./course check {stage['id']}"))
+    print("\n" + fitted(say("predict.kept", file=NAME, command=f"./course check {stage['id']}"), sys.stdout))
     return int(bool(QUESTIONS[stage["id"]].keys() - known.keys() - new.keys()))
 
 

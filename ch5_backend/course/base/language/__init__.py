@@ -8,6 +8,7 @@ language, or {"quoted": words} of a compiler, the library or the skeleton, which
 import json
 import os
 import re
+import shutil
 import unicodedata
 import zlib
 from functools import lru_cache
@@ -55,6 +56,11 @@ def width(text: str) -> int:
 def fold(text: str, columns: int) -> str:
     """Sentences that are too long for a terminal go on below, and no word is cut; rows of numbers stay as they are."""
     return "\n".join(fold_line(line, columns) for line in text.splitlines())
+
+
+def fitted(text: str, out) -> str:
+    """For a terminal of this width; in a pipe the lines stay as they are."""
+    return fold(text, shutil.get_terminal_size().columns) if out.isatty() else text
 
 
 def fold_line(line: str, columns: int) -> str:
