@@ -61,7 +61,7 @@ struct CalibrationExtras {
 CalibrationExtras ReadCalibrationExtras(const std::filesystem::path& file);
 
 /// Writes a folder that ReadRecording reads back. An image without tracks has no row, so it is lost.
-/// @throws WriteError, after which an older recording in the folder is untouched
+/// @throws WriteError and then an older recording in the folder is untouched
 void WriteRecording(const Recording& recording, const std::filesystem::path& folder);
 
 }  // namespace ch5

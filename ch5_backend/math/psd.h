@@ -23,7 +23,7 @@ MatXX PseudoInversePsd(const MatXX& A);
 MatXX PseudoInversePsd(const MatXX& A, int nullity);
 
 /// Σ⁻¹ of a covariance (n×n).  @param of  what has it, for the message
-/// @throws std::invalid_argument, saying why, unless it is symmetric positive definite
+/// @throws std::invalid_argument that says why, unless it is symmetric positive definite
 MatXX InverseOfCovariance(const MatXX& covariance, const std::string& of);
 
 }  // namespace ch5

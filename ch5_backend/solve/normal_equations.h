@@ -27,7 +27,7 @@ class NormalEquations {
 
   /// Numbers the unknowns; call it again after the graph or a fixed flag has changed.
   virtual void SetOrdering() = 0;
-  /// Asked after a callback.  @throws if the graph is no longer the one that SetOrdering has numbered
+  /// Asked after a callback.  @throws GraphError if the graph is no longer the one that SetOrdering has numbered
   virtual void CheckOrdering() const {}
   /// Number of unknowns n, the size of Δx and b.
   virtual int Size() const = 0;

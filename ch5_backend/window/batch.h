@@ -34,7 +34,8 @@ struct BatchResult {
 /// @param images  consecutive, each within `weights.max_imu_seconds` of the one before
 /// @param start   an estimator's state of each image, of one segment
 /// @param imu     of the recording, over all images
-/// @throws OptionError, or std::invalid_argument unless there are two images or more and as many states
+/// @throws OptionError if an option is out of its range
+/// @throws std::invalid_argument unless there are two images or more and as many states
 BatchResult SolveBatch(const EstimatorOptions& options, const std::vector<Image>& images,
                        const std::vector<StampedState>& start, const std::vector<ImuMeasurement>& imu,
                        const BatchOptions& batch = {});

@@ -115,7 +115,8 @@ struct Snapshot {
 
 class Estimator {
  public:
-  /// @throws OptionError, or std::invalid_argument if the policy is null
+  /// @throws OptionError if an option is out of its range
+  /// @throws std::invalid_argument if the policy is null
   Estimator(const EstimatorOptions& options, std::unique_ptr<WindowPolicy> policy);
 
   /// IMU measurements are kept until an image has used them, at most for a minute.

@@ -46,7 +46,8 @@ class LiveEstimator {
   /// read the estimator (TakeSnapshot), and call this object's functions, but not Finish; nor may it destroy it.
   using Callback = std::function<void(const FrameReport& report, const Estimator& estimator)>;
 
-  /// @throws OptionError, or std::invalid_argument if the policy is null
+  /// @throws OptionError if an option is out of its range
+  /// @throws std::invalid_argument if the policy is null
   LiveEstimator(const EstimatorOptions& options, std::unique_ptr<WindowPolicy> policy, Callback callback,
                 const LiveOptions& live = {});
   /// Ends after the image that is being solved. What still waits is lost, unless Finish was called.
@@ -54,16 +55,17 @@ class LiveEstimator {
 
   /// May be called by any threads at once, but the measurements must come in order of time, and so must the images.
   /// Measurements wait for the image that needs them: without images they take 40 MB an hour at 200 Hz.
-  /// @throws MeasurementError, which leaves everything as it was, or what has ended the estimator's thread: an exception of
-  ///         the callback or of the policy
+  /// @throws MeasurementError and leaves everything as it was
+  /// @throws std::exception of the callback or of the policy, which has ended the estimator's thread
   void AddImu(const ImuMeasurement& measurement);
   void AddFrame(Image image);
   /// Drops what waits; from the next image on as Estimator::Restart: clocks may read anything afterwards.
-  /// @throws as AddImu
+  /// @throws std::exception as AddImu
   void Restart();
 
   /// Waits until all images have been answered, with the measurements that there are.
-  /// @throws as AddImu; std::logic_error in the callback, which would wait for its own end
+  /// @throws std::exception as AddImu
+  /// @throws std::logic_error in the callback, which would wait for its own end
   void Finish();
 
   /// The newest estimate, carried on by the measurements fed since: Estimator::PredictAt, by any thread at any time. How

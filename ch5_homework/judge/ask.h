@@ -6,7 +6,7 @@
 
 namespace ch5::homework {
 
-/// @throws what has kept the worker from answering; what the student's function has thrown is in the answer
+/// @throws std::exception that has kept the worker from answering; what the student's function has thrown is in the answer
 Answer Ask(const std::string& check, const Values& given = {});
 /// About a scene, which is built again, in its present states, where the student's code runs.
 inline Answer Ask(const std::string& check, Scene& scene, Values given = {}) {

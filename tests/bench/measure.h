@@ -25,7 +25,8 @@ struct Problem {
 
 /// @param name  a BAL file, a window dump, a .g2o file, "scene:FRAMESxPOINTS", "city:CAMERAS[:SEED]" or "first:CAMERAS:BALFILE", the
 ///              part that these cameras see, behind a task's word if that is not to solve it: "marginalize:" or "covariance:"
-/// @throws FileError, std::invalid_argument
+/// @throws FileError
+/// @throws std::invalid_argument
 Problem ReadProblem(const std::string& name);
 
 /// Changes what both sides are told: words between commas, such as "lm,ray,radius=3e5". measure.cc's usage lists them.

@@ -4,6 +4,7 @@ import re
 import unittest
 
 from tests.docs.markdown import LIBRARY, ROOT, read, spans
+from tests.project import tracked_files
 
 BACKEND = ROOT / "ch5_backend"
 INDEX, WALK = LIBRARY
@@ -54,6 +55,11 @@ class Engineers(unittest.TestCase):
             self.assertIn(author, text, f"{formula}: {path} does not name {author}")
             for number in re.findall(r"(?:eqs?\.|§|alg\.) ?([\w.]+)", source):
                 self.assertIn(number, text, f"{formula}: {path} does not name {source}")
+
+    def test_doxygen_reads_the_name_of_every_exception(self):
+        for path in tracked_files(".h"):
+            for name in re.findall(r"@throws\s+(\S+)", read(ROOT / path)):
+                self.assertRegex(name, r"^((\w+::)+\w+|[A-Z]\w+)$", path)
 
     def test_names_in_the_walk_exist(self):
         text, count = sources(), 0

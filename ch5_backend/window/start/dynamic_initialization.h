@@ -70,7 +70,8 @@ struct DynamicInitialization {
 };
 
 /// @param frames  in order of time. The preintegrations do not change; their biases are the initial guess.
-/// @throws OptionError, or std::invalid_argument if an image but the first has no preintegration
+/// @throws OptionError if an option is out of its range
+/// @throws std::invalid_argument if an image but the first has no preintegration
 DynamicInitialization InitializeDynamically(const std::vector<InitializationImage>& frames,
                                             const DynamicInitializationOptions& options);
 

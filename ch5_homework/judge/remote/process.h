@@ -40,7 +40,8 @@ class WorkerProcess {
   WorkerProcess& operator=(const WorkerProcess&) = delete;
 
   /// Sends a request and waits for the reply.  @param what  the request in words, for failures
-  /// @throws WorkerFailure, WireError
+  /// @throws WorkerFailure
+  /// @throws WireError
   std::string Ask(const std::string& request, const std::string& what);
 
   /// What it has printed so far, its beginning only.
