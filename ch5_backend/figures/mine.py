@@ -158,6 +158,11 @@ def told(finding, say):
     """A finding as a sentence."""
     shown = {name: style.number(value, 4) if isinstance(value, float) and not value.is_integer() else value
              for name, value in finding.values.items()}
+    prefix = {"weight": "", "deviation": "gauge."}.get(finding.key)
+    if prefix is not None:  # what the tables call it, in the page's words
+        shown["column"] = say(prefix + shown["column"])
+    if "variant" in shown:
+        shown["variant"] = say(f"variant.{shown['variant']}")
     return say(f"mine.{finding.key}", **{name: int(value) if isinstance(value, float) else value for name, value in shown.items()})
 
 

@@ -6,8 +6,9 @@ import unittest
 from pathlib import Path
 
 from ch5_backend.figures import mine as page
-from ch5_backend.figures.numbers.mine import Mine
+from ch5_backend.figures.numbers.mine import Finding, Mine
 from ch5_backend.figures.words import Words
+from tests.homework.chinese import english_in
 
 HEADER = "image,t_s,x_m,y_m,z_m\n"
 
@@ -39,6 +40,8 @@ class MineNumbers(unittest.TestCase):
             (place / "runs.json").write_text(json.dumps({"files": {}, "experiments": {"vins": ""}}))
             found = Mine(folder).finding("vins")
         self.assertEqual(found.key, "flight")
+        weight = Finding("weight", {"variant": "perturbed", "weight": 100.0, "column": "iterations", "own": 7.0, "solution": 5.0})
+        self.assertEqual(english_in(page.told(weight, Words("zh"))), "")
         self.assertEqual((found.values["image"], found.values["t"], found.values["apart"]), (3, 0.3, 1.0))
 
     def test_a_consequence_is_not_judged(self):
