@@ -30,7 +30,7 @@ LEFT_OUT = (
     "ch5_homework/GRADING", "ch5_homework/INSTRUCTORS", "ch5_backend/experiments/EVIDENCE", "ch5_backend/experiments/evidence.json",
     "ch5_backend/course/grading/", "tests/grading/", "ch5_homework/judge/remote/",
     "tests/homework/workers.cmake", "tests/homework/wire_test.cc", "tests/homework/judge_and_worker_test.py",
-    "tests/docs/", "tests/conventions/", "tests/sanitizers/", "tests/fuzz/", "tests/lab/",  # of those who change the project
+    "tests/docs/", "tests/conventions/", "tests/sanitizers/", "tests/fuzz/", "tests/lab/", "tests/look/",  # of those who change the project
     # what fills the blanks, rightly or wrongly
     "ch5_homework/mistakes/", "ch5_backend/course/homework/samples.py", "tests/homework/samples", "tests/homework/run_samples.py",
     "tests/homework/reference.cmake", "tests/homework/answers_test.py",
