@@ -27,10 +27,17 @@ class Selected {
   std::unordered_set<const Vertex*> chosen_;
 };
 
-// Prefetches edges that are needed soon, and the vertices of those needed sooner: they are scattered in memory.
+// Prefetches what is needed soon: edges and vertices are scattered in memory.
+template <typename T>
+void PrefetchSoon(const std::vector<std::shared_ptr<T>>& items, size_t k) {
+  constexpr size_t kSoon = 16;
+  if (k + kSoon < items.size()) __builtin_prefetch(items[k + kSoon].get());
+}
+
+// The same, and the vertices of edges that are needed sooner.
 void Prefetch(const std::vector<std::shared_ptr<Edge>>& edges, size_t e) {
-  constexpr size_t kSoon = 16, kSooner = 8;
-  if (e + kSoon < edges.size()) __builtin_prefetch(edges[e + kSoon].get());
+  constexpr size_t kSooner = 8;
+  PrefetchSoon(edges, e);
   if (e + kSooner >= edges.size()) return;
   for (const auto& vertex : edges[e + kSooner]->Vertices()) __builtin_prefetch(vertex.get());
 }
@@ -105,12 +112,14 @@ void CheckOrdering(const Ordering& ordering) {
   int row = 0;
   for (const auto* vertices : {&ordering.poses, &ordering.landmarks}) {
     for (const auto& vertex : *vertices) {
+      PrefetchSoon(*vertices, &vertex - vertices->data());
       if (vertex->Id() < 0) throw GraphError(vertex->TypeInfo() + " has left the graph" + reason);
       if (vertex->OrderingId() != row) throw GraphError(vertex->Name() + " has been numbered anew" + reason);
       row += vertex->LocalDimension();
     }
   }
   for (const auto& edge : ordering.edges) {
+    PrefetchSoon(ordering.edges, &edge - ordering.edges.data());
     if (edge->Id() < 0) throw GraphError(edge->TypeInfo() + " has left the graph" + reason);
   }
 }
