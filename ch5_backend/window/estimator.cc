@@ -234,6 +234,7 @@ FrameReport Estimator::Track(const Image& image) {
   Reintegrate();
   policy_->NoteNewFrame(&window_);
   TriangulateLandmarks(&window_);
+  if (!window_.time_offset->IsFixed()) SetVelocitiesByMotion(&window_);
   report.solve = Solve();
   if (report.solve.termination == Termination::kNotFinite ||
       report.solve.termination == Termination::kLinearSolverFailed) {

@@ -246,6 +246,64 @@ void AppendImage(int frame, const Image& image, Window* window) {
   }
 }
 
+namespace {
+
+// How a camera of the window moves at a frame's time, in its own axes.
+class CameraMotion {
+ public:
+  CameraMotion(const Transform& T_W_B, const Vec3& v_W, const Vec3& omega_B, const Transform& T_B_C)
+      : T_C_W_(Inverse(T_W_B * T_B_C)),
+        v_C_(T_B_C.q.conjugate() * (T_W_B.q.conjugate() * v_W + omega_B.cross(T_B_C.p))),
+        omega_C_(T_B_C.q.conjugate() * omega_B) {}
+
+  // ẋ of a point that stands still; nothing behind the camera or too near.
+  std::optional<Vec2> VelocityOf(const Vec3& p_W) const {
+    const Vec3 p_C = T_C_W_ * p_W, dp_C = -omega_C_.cross(p_C) - v_C_;
+    if (!(p_C.z() >= kLeastDepth)) return std::nullopt;
+    return Vec2((dp_C.head<2>() - p_C.hnormalized() * dp_C.z()) / p_C.z());
+  }
+
+ private:
+  Transform T_C_W_;
+  Vec3 v_C_, omega_C_;
+};
+
+// ω_B at the window's k-th frame, without its bias; nothing where there is no speed or no IMU.
+std::optional<Vec3> AngularVelocity(const Window& window, size_t k) {
+  const Frame& frame = window.frames[k];
+  if (!frame.speed_bias) return std::nullopt;
+  const Vec3 b_g = frame.speed_bias->b_g();
+  if (frame.imu) return Vec3(frame.imu->Samples().back().gyroscope - b_g);
+  if (k + 1 == window.frames.size() || !window.frames[k + 1].imu) return std::nullopt;
+  return Vec3(window.frames[k + 1].imu->Samples().front().gyroscope - b_g);
+}
+
+}  // namespace
+
+void SetVelocitiesByMotion(Window* window) {
+  std::vector<std::optional<CameraMotion>> cameras(window->frames.size()), cameras1(window->frames.size());
+  for (size_t k = 0; k < cameras.size(); ++k) {
+    const Frame& frame = window->frames[k];
+    const auto omega = AngularVelocity(*window, k);
+    if (!omega) continue;
+    const Transform T_W_B{frame.pose->q(), frame.pose->p()};
+    cameras[k].emplace(T_W_B, frame.speed_bias->v(), *omega, window->T_B_C());
+    if (window->extrinsic1) cameras1[k].emplace(T_W_B, frame.speed_bias->v(), *omega, window->T_B_C1());
+  }
+  const auto set = [](const std::optional<CameraMotion>& camera, const Vec3& p_W, Vec2* velocity) {
+    if (camera) *velocity = camera->VelocityOf(p_W).value_or(*velocity);
+  };
+  for (auto& [id, landmark] : window->landmarks) {
+    if (!landmark.inverse_depth) continue;
+    const Vec3 p_W = LandmarkInWorld(*window, landmark);
+    for (WindowObservation& seen : landmark.seen) {
+      const auto k = static_cast<size_t>(window->IndexOf(seen.frame));
+      set(cameras[k], p_W, &seen.velocity);
+      if (seen.second) set(cameras1[k], p_W, &seen.second->velocity);
+    }
+  }
+}
+
 void ReplaceNewestImage(const Image& image, Window* window) {
   const int frame = window->frames.back().id;
   std::set<int> seen_now;

@@ -27,6 +27,15 @@ void AppendToTrack(const RecentPoint& point, WindowLandmark* landmark);
 /// (as in VINS-Fusion): each landmark has its host in camera 0.
 void AppendSecondView(const RecentPoint& point, WindowLandmark* landmark);
 
+/// Sets the image velocities of landmarks with a depth to what the states of their frames say, where a frame has a speed:
+///
+///   p_C = z [x, 1],   ṗ_C = −ω_C × p_C − v_C,   ẋ = (ṗ_C.xy − x ṗ_C.z) / z       ω by the gyroscope less its bias
+///
+/// The noise of differences of pixels, σ/(√2 Δt), belongs to each observation by itself, so poses and depths cannot take it up
+/// as they take up most of what an offset does; where points move slowly it is most of H's entry for the offset, which then
+/// stays near its start (errors in variables). A speed's error is common to all points.
+void SetVelocitiesByMotion(Window* window);
+
 /// Appends the points of an image to their tracks, those of camera 1 if the window has one.
 /// @param frame  id of the image's frame
 void AppendImage(int frame, const Image& image, Window* window);

@@ -6,6 +6,7 @@
 
 #include "ch5_backend/consistency/position_yaw_prior.h"
 #include "ch5_backend/marginalize/marginalize.h"
+#include "ch5_backend/sparse/covariance.h"
 
 namespace ch5 {
 namespace {
@@ -76,6 +77,18 @@ StateCovariance CovarianceOf(const Window& window, const Frame& frame) {
   if (window.extrinsic1 && !window.extrinsic1->IsFixed()) covariance.extrinsic1 = inverse.Block(*window.extrinsic1);
   if (!window.time_offset->IsFixed()) covariance.time_offset_variance = inverse.Block(*window.time_offset)(0, 0);
   return covariance;
+}
+
+MatXX CovarianceOf(const Window& window, const Vertex& vertex) {
+  const MarginalSystem system = WithoutLandmarks(window, IsFree(window));
+  const auto is_it = [&](const auto& kept) { return kept.get() == &vertex; };
+  if (std::none_of(system.kept.begin(), system.kept.end(), is_it)) {
+    throw CovarianceError("CovarianceOf: " + vertex.Name() +
+                          (vertex.IsFixed()                      ? " is fixed"
+                           : vertex.GetRole() == Role::kLandmark ? " is a landmark"
+                                                                 : " takes no part in the window's graph"));
+  }
+  return InverseBlocks(system).Block(vertex);
 }
 
 std::vector<Mat66> PoseCovariances(const Window& window) {

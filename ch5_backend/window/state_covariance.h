@@ -28,6 +28,10 @@ struct StateCovariance {
 /// @param frame  of the window, with speed and biases
 StateCovariance CovarianceOf(const Window& window, const Frame& frame);
 
+/// Of any free vertex of that graph that is no landmark, such as one of one's own (EstimatorOptions::own_edges).
+/// @throws CovarianceError naming one that is fixed, a landmark, or not there
+MatXX CovarianceOf(const Window& window, const Vertex& vertex);
+
 /// Of the pose of each frame, [δp, δθ], relative to the oldest: position and yaw are held there, whatever else holds them.
 std::vector<Mat66> PoseCovariances(const Window& window);
 

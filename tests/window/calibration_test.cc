@@ -111,6 +111,42 @@ TEST(TimeOffset, OfTenMillisecondsIsFoundToOne) {
   }
 }
 
+// Noise of pixels, taken for noise of how fast they move, would hold an estimate at its start: 4 of 15 ms were found.
+TEST(TimeOffset, IsFoundWherePointsMoveSlowlyAndPixelsAreNoisy) {
+  for (const double late : {0.015, -0.015}) {
+    HandheldOptions path;
+    path.standstill_seconds = 2.0;
+    path.knot_spacing = 2.0;
+    path.yaw_step = 0.4;
+    path.tilt_sigma = 0.1;
+    SimulationOptions simulation;
+    simulation.camera.pixel_sigma = 0.5;
+    simulation.camera.time_offset = late;
+    const Recording recording = SimulateInRoom(path, 1500, simulation);
+    EstimatorOptions options{recording.calibration};
+    options.estimate_time_offset = true;
+    EXPECT_NEAR(Calibrate(recording, options, MakeVinsPolicy()).time_offset, late, 3e-3);
+  }
+}
+
+TEST(StateCovariance, AnswersForAnyFreeVertexOfTheWindow) {
+  RoomOptions room;
+  room.duration = 6.0;
+  const Recording recording = SimulateRoom(room);
+  EstimatorOptions options{recording.calibration};
+  options.estimate_time_offset = true;
+  int compared = 0;
+  options.detect_failure = [&](const Window& window, const auto&) {
+    const auto variance = CovarianceOf(window, window.frames.back()).time_offset_variance;
+    EXPECT_DOUBLE_EQ(CovarianceOf(window, *window.time_offset)(0, 0), variance.value());
+    EXPECT_THROW(CovarianceOf(window, *window.extrinsic), CovarianceError);  // fixed
+    ++compared;
+    return Failure::kNone;
+  };
+  RunOdometry(recording, options, MakeVinsPolicy());
+  EXPECT_GT(compared, 10);
+}
+
 TEST(Extrinsic, TwoDegreesAreFoundToThreeTenths) {
   for (const double standstill_seconds : {0.0, 2.0}) {
     RoomOptions room;
