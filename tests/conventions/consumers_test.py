@@ -51,7 +51,9 @@ class Package(unittest.TestCase):
         package, = (HERE / "package").glob("*.deb")
         paths = re.findall(r"\./(\S*[^/\s])$", call("dpkg-deb", "--contents", package), re.MULTILINE)
         for path in ("usr/lib/libch5_backend.a", "usr/include/ch5_backend/version.h", "usr/lib/pkgconfig/ch5_backend.pc",
-                     "usr/lib/cmake/ch5_backend/ch5_backendConfig.cmake", "usr/share/doc/ch5_backend/copyright"):
+                     "usr/lib/cmake/ch5_backend/ch5_backendConfig.cmake", "usr/share/doc/libch5-backend-dev/copyright"):
             self.assertIn(path, paths)
-        self.assertEqual([path for path in paths if re.search("kernels|steps|tests|lab|gtest", path)], [])
+        self.assertEqual([path for path in paths if re.search("kernels|steps|tests|lab|gtest|open_tasks|plain_block|curve_fitting", path)], [])
+        if shutil.which("lintian"):
+            self.assertEqual(run("lintian", "--fail-on", "error,warning", package).stdout, "")
         self.assertIn("libeigen3-dev", call("dpkg-deb", "--field", package, "Depends"))
