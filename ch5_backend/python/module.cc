@@ -1,16 +1,27 @@
 /// The Python module ch5: graphs with residuals in Python, solving, marginalizing, and the estimator. NumPy in and out.
+#include <dlfcn.h>
 #include <pybind11/eigen.h>
 #include <pybind11/functional.h>
+#include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <mutex>
+
+#include "ch5_backend/files/g2o_file.h"
 #include "ch5_backend/files/recording_file.h"
+#include "ch5_backend/files/text_reader.h"
+#include "ch5_backend/graph/c_formula.h"
+#include "ch5_backend/initialize/initialize_pose_graph.h"
 #include "ch5_backend/marginalize/marginalize.h"
+#include "ch5_backend/math/option_checks.h"
 #include "ch5_backend/sparse/joint_covariance.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
+#include "ch5_backend/types/plus_jacobian.h"
 #include "ch5_backend/types/pose_graph/edge_between.h"
 #include "ch5_backend/version.h"
 #include "ch5_backend/window/estimator.h"
+#include "ch5_backend/window/measurement_checks.h"
 
 namespace py = pybind11;
 
@@ -18,39 +29,77 @@ namespace {
 
 // A base class, so that it is there before the vertex.
 struct Memory {
-  ch5::VecX now, before;
+  py::array_t<double> now;  // NumPy's, so that an array can be shared
+  ch5::VecX before;
 };
 
 // Numbers that add, as many as are given.
 class VertexNumbers : private Memory, public ch5::Vertex {
  public:
-  VertexNumbers(const ch5::VecX& x, bool landmark)
-      : Memory{x, x},
-        Vertex(static_cast<int>(x.size()), static_cast<int>(x.size()), now.data(), before.data(),
+  VertexNumbers(const py::array_t<double>& x, bool landmark)
+      : Memory{x, ch5::VecX(x.size())},
+        Vertex(static_cast<int>(x.size()), static_cast<int>(x.size()), now.mutable_data(), before.data(),
                landmark ? ch5::Role::kLandmark : ch5::Role::kPose) {}
-  void Plus(const double* delta) override { now += Eigen::Map<const ch5::VecX>(delta, now.size()); }
-  ch5::VecX Minus(const ch5::VecX& x0) const override { return now - x0; }
+  void Plus(const double* delta) override { Parameters() += Eigen::Map<const ch5::VecX>(delta, Dimension()); }
+  ch5::VecX Minus(const ch5::VecX& x0) const override { return Parameters() - x0; }
   std::string TypeInfo() const override { return "Vector"; }
 };
 
-// A residual in Python, differentiated numerically; or residual and Jacobians, if `jacobians` is there.
-class EdgeFunction : public ch5::Edge {
+// A view of a vertex' parameters, not a copy; the vertex lives as long.
+py::array_t<double> View(const std::shared_ptr<ch5::Vertex>& vertex) {
+  const py::capsule keep(new std::shared_ptr<ch5::Vertex>(vertex),
+                         [](void* kept) { delete static_cast<std::shared_ptr<ch5::Vertex>*>(kept); });
+  py::array_t<double> view(vertex->Dimension(), vertex->Parameters().data(), keep);
+  view.attr("flags").attr("writeable") = false;
+  return view;
+}
+
+// An edge whose sizes are known at run time.
+class EdgeOfAnySize : public ch5::Edge {
  public:
-  EdgeFunction(std::vector<std::shared_ptr<ch5::Vertex>> vertices, py::function residual, int size,
-               py::object jacobians)
+  EdgeOfAnySize(std::vector<std::shared_ptr<ch5::Vertex>> vertices, int size)
       : Edge(size, std::move(vertices), nullptr, nullptr),
-        residual_function_(std::move(residual)),
-        jacobian_function_(std::move(jacobians)),
         r_(ch5::VecX::Zero(size)),
         W_(ch5::MatXX::Identity(size, size)) {
     SetMemory(r_.data(), W_.data());
   }
 
-  void ComputeResidual() override { Take(residual_function_(*Arguments()), &r_); }
+ protected:
+  void TakeJacobians() const override {
+    if (!J_.empty()) return;
+    for (const auto& vertex : vertices_) J_.emplace_back(ch5::MatXX::Zero(r_.size(), vertex->LocalDimension()));
+    for (size_t i = 0; i < J_.size(); ++i) jacobians_[i] = J_[i].data();
+  }
+
+  ch5::VecX r_;
+  ch5::MatXX W_;
+  mutable std::vector<ch5::MatXX> J_;
+};
+
+// A residual in Python, differentiated numerically; or residual and Jacobians, if `jacobians` is there. Solving goes on without
+// Python's lock, which is taken for each call.
+class EdgeFunction : public EdgeOfAnySize {
+ public:
+  EdgeFunction(std::vector<std::shared_ptr<ch5::Vertex>> vertices, py::function residual, int size,
+               py::object jacobians)
+      : EdgeOfAnySize(std::move(vertices), size),
+        residual_function_(std::move(residual)),
+        jacobian_function_(std::move(jacobians)),
+        arguments_(vertices_.size()) {
+    for (size_t i = 0; i < vertices_.size(); ++i) {
+      if (vertices_[i]) arguments_[i] = View(vertices_[i]);  // AddEdge refuses a missing one
+    }
+  }
+
+  void ComputeResidual() override {
+    const py::gil_scoped_acquire lock;
+    Take(residual_function_(*arguments_), &r_);
+  }
   void ComputeJacobians() override {
     if (jacobian_function_.is_none()) return Edge::ComputeJacobians();
     TakeJacobians();
-    const py::object given = jacobian_function_(*Arguments());
+    const py::gil_scoped_acquire lock;
+    const py::object given = jacobian_function_(*arguments_);
     if (!py::isinstance<py::sequence>(given) || py::len(given) != J_.size()) {
       throw std::invalid_argument(Name() + ": its jacobians are no list of " + std::to_string(J_.size()) +
                                   " matrices, one a vertex");
@@ -60,15 +109,11 @@ class EdgeFunction : public ch5::Edge {
   std::string TypeInfo() const override { return "Edge of Python"; }
 
  private:
-  py::tuple Arguments() const {
-    py::tuple x(vertices_.size());
-    for (size_t i = 0; i < vertices_.size(); ++i) x[i] = ch5::VecX(vertices_[i]->Parameters());
-    return x;
-  }
   // What a function has returned; for a single number a float will do.
   template <typename Matrix>
   void Take(const py::handle& given, Matrix* own) const {
-    if (PyFloat_Check(given.ptr()) && own->size() == 1) return void(own->setConstant(given.cast<double>()));
+    const bool is_number = PyNumber_Check(given.ptr()) != 0 && !py::isinstance<py::array>(given);
+    if (is_number && own->size() == 1) return void(own->setConstant(given.cast<double>()));
     const auto size = [](Eigen::Index rows, Eigen::Index columns) {
       return std::to_string(rows) + "x" + std::to_string(columns) + " numbers";
     };
@@ -82,32 +127,200 @@ class EdgeFunction : public ch5::Edge {
     throw std::invalid_argument(Name() + ": its function returned " + got + ", expected " +
                                 size(own->rows(), own->cols()));
   }
-  void TakeJacobians() const override {
-    if (!J_.empty()) return;
-    for (const auto& vertex : vertices_) J_.emplace_back(ch5::MatXX::Zero(r_.size(), vertex->LocalDimension()));
-    for (size_t i = 0; i < J_.size(); ++i) jacobians_[i] = J_[i].data();
-  }
 
   py::function residual_function_;
   py::object jacobian_function_;
-  ch5::VecX r_;
-  ch5::MatXX W_;
-  mutable std::vector<ch5::MatXX> J_;
+  py::tuple arguments_;
 };
 
-py::dict Solve(ch5::Graph* graph, int max_iterations, double cost_tolerance) {
-  ch5::SolveOptions options;
-  options.max_iterations = max_iterations;
-  options.cost_tolerance = cost_tolerance;
-  const ch5::Summary summary = ch5::SparseOptimizer(graph).Solve(options);
-  ch5::VecX cost(summary.trace.size()), lambda(summary.trace.size());
-  for (size_t k = 0; k < summary.trace.size(); ++k) {
-    cost[k] = summary.trace[k].cost;
-    lambda[k] = summary.trace[k].lambda;
+using Rows = py::array_t<double, py::array::c_style | py::array::forcecast>;
+
+// A formula that was compiled in C++, by its name in a shared library (graph/c_formula.h).
+struct Formula {
+  Formula(const std::string& path, const std::string& name) {
+    void* const library = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);  // for as long as the program runs
+    if (!library) throw std::invalid_argument(std::string("Formula: ") + dlerror());
+    const auto get = reinterpret_cast<const Ch5Formula* (*)()>(dlsym(library, name.c_str()));
+    if (!get) throw std::invalid_argument("Formula: " + path + " has no formula '" + name + "': CH5_FORMULA makes one");
+    it = get();
   }
-  return py::dict(py::arg("message") = summary.message, py::arg("converged") = ch5::IsConverged(summary.termination),
+  const Ch5Formula* it;
+};
+
+// An edge with a compiled formula, whose numbers stay in NumPy's memory.
+class EdgeFormula : public EdgeOfAnySize {
+ public:
+  EdgeFormula(const Formula& formula, std::vector<std::shared_ptr<ch5::Vertex>> vertices, Rows numbers, py::ssize_t row)
+      : EdgeOfAnySize(std::move(vertices), formula.it->rows),
+        formula_(formula.it),
+        memory_(std::move(numbers)),
+        numbers_(formula.it->numbers > 0 ? memory_.data(row) : nullptr) {
+    const auto wanted = static_cast<size_t>(formula_->vertices);
+    if (vertices_.size() != wanted)
+      throw std::invalid_argument("Formula: " + std::to_string(vertices_.size()) + " vertices, expected " +
+                                  std::to_string(wanted));
+    for (size_t i = 0; i < wanted; ++i) {
+      const auto& vertex = vertices_[i];
+      if (!vertex) throw std::invalid_argument("Formula: vertex " + std::to_string(i) + " is missing");
+      if (vertex->Dimension() != formula_->parameters[i])
+        throw std::invalid_argument("Formula: vertex " + std::to_string(i) + " has " +
+                                    std::to_string(vertex->Dimension()) + " parameters, expected " +
+                                    std::to_string(formula_->parameters[i]));
+      x_.push_back(vertex->Parameters().data());
+      by_parameters_.emplace_back(ch5::MatXX::Zero(formula_->rows, vertex->Dimension()));
+      J_of_parameters_.push_back(by_parameters_.back().data());
+    }
+  }
+  void ComputeResidual() override { formula_->evaluate(x_.data(), numbers_, r_.data(), nullptr); }
+  void ComputeJacobians() override {
+    TakeJacobians();
+    formula_->evaluate(x_.data(), numbers_, r_.data(), J_of_parameters_.data());
+    for (size_t i = 0; i < J_.size(); ++i) {
+      const auto* const pose = dynamic_cast<const ch5::VertexPose*>(vertices_[i].get());
+      if (pose)
+        J_[i] = by_parameters_[i] * ch5::PlusJacobian(*pose);
+      else
+        J_[i] = by_parameters_[i];
+    }
+  }
+  std::string TypeInfo() const override { return "Edge of a formula"; }
+
+ private:
+  const Ch5Formula* formula_;
+  Rows memory_;
+  const double* numbers_;
+  std::vector<const double*> x_;
+  std::vector<ch5::MatXX> by_parameters_;
+  std::vector<double*> J_of_parameters_;
+};
+
+// Something that one thread at a time uses: Python's lock is not held while it works.
+class OneThread {
+ public:
+  std::unique_lock<std::recursive_mutex> Use(const char* what) {
+    std::unique_lock<std::recursive_mutex> lock(mutex_, std::try_to_lock);
+    if (!lock) throw std::runtime_error(std::string(what) + ": another thread is using it");
+    return lock;
+  }
+
+ private:
+  std::recursive_mutex mutex_;
+};
+
+struct Graph : OneThread {
+  ch5::Graph own;
+  std::unique_ptr<ch5::G2oFile> file;  // holds the graph, if it was read
+  bool is_solved = false;
+
+  std::unique_lock<std::recursive_mutex> Use() { return OneThread::Use("Graph"); }
+  ch5::Graph* Get() { return file ? &file->graph : &own; }
+};
+
+template <typename T>
+T Named(const char* what, const std::string& name, const std::vector<std::pair<const char*, T>>& all) {
+  std::string names;
+  for (const auto& [word, value] : all) {
+    if (name == word) return value;
+    names += std::string(names.empty() ? "" : ", ") + word;
+  }
+  throw std::invalid_argument(std::string(what) + " is '" + name + "', expected one of " + names);
+}
+
+std::shared_ptr<const ch5::LossFunction> MakeLoss(const std::string& name, double threshold) {
+  using Make = std::shared_ptr<const ch5::LossFunction> (*)(double);
+#define CH5_LOSS(Type) \
+  [](double d) -> std::shared_ptr<const ch5::LossFunction> { return std::make_shared<ch5::Type>(d); }
+  return Named<Make>("set_loss: name", name,
+                     {{"huber", CH5_LOSS(HuberLoss)},
+                      {"cauchy", CH5_LOSS(CauchyLoss)},
+                      {"tukey", CH5_LOSS(TukeyLoss)},
+                      {"pseudo-huber", CH5_LOSS(PseudoHuberLoss)},
+                      {"geman-mcclure", CH5_LOSS(GemanMcClureLoss)},
+                      {"welsch", CH5_LOSS(WelschLoss)},
+                      {"fair", CH5_LOSS(FairLoss)},
+                      {"saturated", CH5_LOSS(SaturatedLoss)},
+                      {"dcs", CH5_LOSS(DcsLoss)}})(threshold);
+#undef CH5_LOSS
+}
+
+// The options by their names in C++; what is not given stays as it is there.
+ch5::SolveOptions OptionsOf(const py::dict& given, ch5::SparseOptimizer* optimizer) {
+  ch5::SolveOptions options;
+  for (const auto& [key, value] : given) {
+    const std::string name = py::str(key);
+    const auto take = [&](const char* own, auto* option) {
+      if (name != own) return false;
+      try {
+        *option = value.cast<std::decay_t<decltype(*option)>>();
+      } catch (const py::cast_error&) {
+        throw std::invalid_argument("solve: " + name + " cannot be a " +
+                                    std::string(py::str(py::type::of(value).attr("__name__"))));
+      }
+      return true;
+    };
+    if (name == "algorithm") {
+      using A = ch5::Algorithm;
+      options.algorithm = Named<A>("solve: algorithm", value.cast<std::string>(),
+                                   {{"automatic", A::kAutomatic},
+                                    {"gauss-newton", A::kGaussNewton},
+                                    {"levenberg-marquardt", A::kLevenbergMarquardt},
+                                    {"dogleg", A::kDogleg}});
+    } else if (name == "damping") {
+      using D = ch5::Damping;
+      optimizer->SetDamping(Named<D>("solve: damping", value.cast<std::string>(),
+                                     {{"diagonal", D::kDiagonal}, {"identity", D::kIdentity}}));
+    } else if (!take("cost_tolerance", &options.cost_tolerance) &&
+               !take("gradient_tolerance", &options.gradient_tolerance) &&
+               !take("step_tolerance", &options.step_tolerance) && !take("tau", &options.tau) &&
+               !take("initial_radius", &options.initial_radius) && !take("max_trials", &options.max_trials) &&
+               !take("landmark_steps", &options.landmark_steps)) {
+      throw std::invalid_argument("solve: there is no option '" + name + "'");
+    }
+  }
+  return options;
+}
+
+py::dict Describe(const ch5::IterationInfo& info) {
+  return py::dict(py::arg("iteration") = info.iteration, py::arg("cost") = info.cost, py::arg("lambda") = info.lambda,
+                  py::arg("gain_ratio") = info.gain_ratio, py::arg("step_norm") = info.step_norm,
+                  py::arg("gradient_max") = info.gradient_max, py::arg("trials") = info.trials,
+                  py::arg("seconds") = info.seconds);
+}
+
+// Without Python's lock, so that other threads go on; it is taken for functions of Python, and once an iteration to see
+// whether Ctrl-C was pressed.
+py::dict Solve(Graph* graph, int max_iterations, int threads, const py::object& callback, const py::kwargs& others) {
+  const auto lock = graph->Use();
+  if (graph->is_solved) throw std::runtime_error("solve: the graph is being solved: its callback cannot solve it too");
+  ch5::SparseOptimizer optimizer(graph->Get(), threads);
+  ch5::SolveOptions options = OptionsOf(others, &optimizer);
+  options.max_iterations = max_iterations;
+  options.callback = [&](const ch5::IterationInfo& info) {
+    const py::gil_scoped_acquire python;
+    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+    if (callback.is_none()) return true;
+    const py::object answer = callback(Describe(info));
+    return answer.is_none() || answer.cast<bool>();
+  };
+  const auto solve = [&] {
+    const py::gil_scoped_release unlocked;
+    return optimizer.Solve(options);
+  };
+  graph->is_solved = true;
+  const std::unique_ptr<Graph, void (*)(Graph*)> end(graph, [](Graph* g) { g->is_solved = false; });
+  const ch5::Summary summary = solve();
+  const auto column = [&](auto member) {
+    ch5::VecX values(summary.trace.size());
+    for (size_t k = 0; k < summary.trace.size(); ++k) values[static_cast<Eigen::Index>(k)] = summary.trace[k].*member;
+    return values;
+  };
+  return py::dict(py::arg("message") = summary.message, py::arg("termination") = ch5::ToString(summary.termination),
+                  py::arg("converged") = ch5::IsConverged(summary.termination),
                   py::arg("initial_cost") = summary.initial_cost, py::arg("final_cost") = summary.final_cost,
-                  py::arg("iterations") = summary.iterations, py::arg("cost") = cost, py::arg("lambda") = lambda);
+                  py::arg("iterations") = summary.iterations, py::arg("seconds") = summary.seconds,
+                  py::arg("cost") = column(&ch5::IterationInfo::cost),
+                  py::arg("lambda") = column(&ch5::IterationInfo::lambda),
+                  py::arg("gradient_max") = column(&ch5::IterationInfo::gradient_max));
 }
 
 py::dict Describe(const ch5::StampedState& state) {
@@ -121,21 +334,41 @@ py::object DescribeIf(const std::optional<ch5::StampedState>& state) {
 }
 
 // An estimator, and the state of its last image.
-class PyEstimator {
+class PyEstimator : private OneThread {
  public:
-  PyEstimator(const ch5::Calibration& calibration, const std::string& policy, bool covariance)
-      : estimator_(Options(calibration, covariance), Policy(policy)) {}
+  PyEstimator(const ch5::Calibration& calibration, const std::string& policy, bool covariance, bool estimate_extrinsic,
+              bool estimate_time_offset, double time_offset)
+      : estimator_(Options(calibration, covariance, estimate_extrinsic, estimate_time_offset, time_offset),
+                   Policy(policy)) {}
 
   void AddImu(double t, const ch5::Vec3& acceleration, const ch5::Vec3& gyroscope) {
+    const auto lock = Use("Estimator");
     estimator_.AddImu({t, acceleration, gyroscope});
   }
+  void AddImuRows(const Rows& rows) {
+    const auto lock = Use("Estimator");
+    if (rows.ndim() != 2 || rows.shape(1) != 7)
+      throw std::invalid_argument("add_imu: rows of t, acceleration, gyroscope: n x 7");
+    for (py::ssize_t k = 0; k < rows.shape(0); ++k) {
+      const double* row = rows.data(k);
+      estimator_.AddImu({row[0], {row[1], row[2], row[3]}, {row[4], row[5], row[6]}});
+    }
+  }
 
-  py::dict AddFrame(double t, const std::vector<int>& ids, const Eigen::Matrix<double, Eigen::Dynamic, 2>& points) {
-    if (static_cast<Eigen::Index>(ids.size()) != points.rows())
+  py::dict AddFrame(double t, const py::array_t<int, py::array::c_style | py::array::forcecast>& ids,
+                    const Rows& points) {
+    const auto lock = Use("Estimator");
+    const py::ssize_t n = ids.size();
+    if (ids.ndim() != 1 || (n > 0 && (points.ndim() != 2 || points.shape(0) != n || points.shape(1) != 2)))
       throw std::invalid_argument("add_frame: one id a row of points");
     ch5::Image image{t, {}};
-    for (size_t k = 0; k < ids.size(); ++k) image.tracks.push_back({ids[k], points.row(static_cast<Eigen::Index>(k))});
-    const ch5::FrameReport report = estimator_.AddFrame(image);
+    for (py::ssize_t k = 0; k < n; ++k)
+      image.tracks.push_back({ids.data()[k], ch5::Vec2(points.data(k)[0], points.data(k)[1])});
+    const auto add = [&] {
+      const py::gil_scoped_release unlocked;
+      return estimator_.AddFrame(image);
+    };
+    const ch5::FrameReport report = add();
     const char* status[] = {"starting", "tracking", "restarted"};
     return py::dict(py::arg("status") = status[static_cast<int>(report.status)], py::arg("segment") = report.segment,
                     py::arg("message") = report.message, py::arg("landmarks") = report.landmarks,
@@ -143,13 +376,24 @@ class PyEstimator {
                     py::arg("covariance") = report.covariance ? py::cast(report.covariance->state) : py::none());
   }
 
-  py::object PredictAt(double t) const { return DescribeIf(estimator_.PredictAt(t)); }
+  py::object PredictAt(double t) {
+    const auto lock = Use("Estimator");
+    return DescribeIf(estimator_.PredictAt(t));
+  }
+  double TimeOffset() {
+    const auto lock = Use("Estimator");
+    return estimator_.TimeOffset();
+  }
 
  private:
-  static ch5::EstimatorOptions Options(const ch5::Calibration& calibration, bool covariance) {
+  static ch5::EstimatorOptions Options(const ch5::Calibration& calibration, bool covariance, bool estimate_extrinsic,
+                                       bool estimate_time_offset, double time_offset) {
     ch5::EstimatorOptions options;
     options.calibration = calibration;
     options.report_covariance = covariance;
+    options.estimate_extrinsic = estimate_extrinsic;
+    options.estimate_time_offset = estimate_time_offset;
+    options.time_offset = time_offset;
     return options;
   }
   static std::unique_ptr<ch5::WindowPolicy> Policy(const std::string& name) {
@@ -163,18 +407,36 @@ class PyEstimator {
 
 void DefineVertices(py::module_& module) {
   using Numbers = Eigen::VectorXd;
-  py::class_<ch5::Vertex, std::shared_ptr<ch5::Vertex>>(module, "Vertex")
+  py::class_<ch5::Vertex, std::shared_ptr<ch5::Vertex>>(module, "Vertex", "An unknown.")
       .def_property(
           "x", [](const ch5::Vertex& v) { return ch5::VecX(v.Parameters()); },
           [](ch5::Vertex& v, const Numbers& x) {
             if (x.size() != v.Dimension())
               throw std::invalid_argument("x: " + std::to_string(v.Dimension()) + " numbers are wanted");
             v.Parameters() = x;
-          })
-      .def_property("fixed", &ch5::Vertex::IsFixed, &ch5::Vertex::SetFixed);
+          },
+          "Its parameters, a copy.")
+      .def_property_readonly("view", &View, "Its parameters without a copy: they follow the solver; read-only.")
+      .def_property("fixed", &ch5::Vertex::IsFixed, &ch5::Vertex::SetFixed, "Whether it stays as it is.");
   py::class_<VertexNumbers, ch5::Vertex, std::shared_ptr<VertexNumbers>>(module, "Vector", "Numbers that add.")
-      .def(py::init<const ch5::VecX&, bool>(), py::arg("x"), py::arg("landmark") = false);
-  py::class_<ch5::VertexPose, ch5::Vertex, std::shared_ptr<ch5::VertexPose>>(module, "Pose")
+      .def(py::init([](const Numbers& x, bool landmark) {
+             py::array_t<double> copy(x.size());
+             std::copy_n(x.data(), x.size(), copy.mutable_data());
+             return std::make_shared<VertexNumbers>(copy, landmark);
+           }),
+           py::arg("x"), py::arg("landmark") = false)
+      .def_static(
+          "on",
+          [](py::array x, bool landmark) {
+            const bool fits = py::isinstance<py::array_t<double>>(x) && x.ndim() == 1 && x.writeable() &&
+                              (x.flags() & py::array::c_style) != 0;
+            if (!fits)
+              throw std::invalid_argument("Vector.on: a writable, contiguous array of float64 of one dimension");
+            return std::make_shared<VertexNumbers>(py::array_t<double>(x), landmark);
+          },
+          py::arg("x"), py::arg("landmark") = false, "In the memory of an array, where solving leaves its result.");
+  py::class_<ch5::VertexPose, ch5::Vertex, std::shared_ptr<ch5::VertexPose>>(module, "Pose",
+                                                                             "T_W_B: p + dp, q * Exp(dtheta).")
       .def(py::init([](const ch5::Vec3& p, const Eigen::Vector4d& q) {
              return std::make_shared<ch5::VertexPose>(ch5::Qd(q[3], q[0], q[1], q[2]), p);
            }),
@@ -197,9 +459,19 @@ void DefineEdges(py::module_& module) {
            py::arg("vertices"), py::arg("residual"), py::arg("size"), py::arg("jacobians") = py::none())
       .def_property(
           "information", [](const ch5::Edge& e) { return ch5::MatXX(e.Information()); },
-          [](ch5::Edge& e, const ch5::MatXX& W) { e.SetInformation(W); })
-      .def("set_huber", [](ch5::Edge& e, double d) { e.SetLossFunction(std::make_shared<ch5::HuberLoss>(d)); })
-      .def("set_cauchy", [](ch5::Edge& e, double d) { e.SetLossFunction(std::make_shared<ch5::CauchyLoss>(d)); });
+          [](ch5::Edge& e, const ch5::MatXX& W) { e.SetInformation(W); }, "W, the inverse covariance.")
+      .def(
+          "set_loss", [](ch5::Edge& e, const std::string& name, double d) { e.SetLossFunction(MakeLoss(name, d)); },
+          py::arg("name"), py::arg("threshold"),
+          "A robust loss: huber, cauchy, tukey, pseudo-huber, geman-mcclure, ...")
+      .def_property_readonly(
+          "chi2", [](ch5::Edge& e) { return e.ComputeResidual(), e.Chi2(); }, "r^T W r at the present states.")
+      .def(
+          "set_huber", [](ch5::Edge& e, double d) { e.SetLossFunction(std::make_shared<ch5::HuberLoss>(d)); },
+          py::arg("threshold"), "set_loss('huber', threshold)")
+      .def(
+          "set_cauchy", [](ch5::Edge& e, double d) { e.SetLossFunction(std::make_shared<ch5::CauchyLoss>(d)); },
+          py::arg("threshold"), "set_loss('cauchy', threshold)");
   module.def(
       "between",
       [](std::shared_ptr<ch5::VertexPose> i, std::shared_ptr<ch5::VertexPose> j, const ch5::Vec3& p,
@@ -209,27 +481,92 @@ void DefineEdges(py::module_& module) {
       py::arg("i"), py::arg("j"), py::arg("p"), py::arg("q"), "The measured pose of j as seen from i.");
 }
 
+void AddFormulas(Graph* graph, const Formula& formula, const std::vector<std::shared_ptr<ch5::Vertex>>& vertices,
+                 const Rows& numbers, const std::optional<ch5::MatXX>& information,
+                 const std::optional<std::pair<std::string, double>>& loss) {
+  const auto lock = graph->Use();
+  if (numbers.ndim() != 2 || numbers.shape(1) != formula.it->numbers)
+    throw std::invalid_argument("add_formula: numbers, a row an edge: n x " + std::to_string(formula.it->numbers) +
+                                " are wanted");
+  const auto shared_loss = loss ? MakeLoss(loss->first, loss->second) : nullptr;
+  for (py::ssize_t row = 0; row < numbers.shape(0); ++row) {
+    const auto edge = std::make_shared<EdgeFormula>(formula, vertices, numbers, row);
+    if (information) edge->SetInformation(*information);
+    edge->SetLossFunction(shared_loss);
+    graph->Get()->AddEdge(edge);
+  }
+}
+
+ch5::MatXX CovarianceOf(Graph* graph, const std::vector<std::shared_ptr<ch5::Vertex>>& vertices) {
+  const auto lock = graph->Use();
+  const py::gil_scoped_release unlocked;
+  ch5::Covariance covariance(graph->Get());
+  return ch5::JointCovariance(vertices, &covariance);
+}
+
 void DefineGraph(py::module_& module) {
-  py::class_<ch5::Graph>(module, "Graph")
+  py::class_<Formula>(module, "Formula",
+                      "A residual compiled in C++ (graph/c_formula.h): no Python runs while solving.")
+      .def(py::init<const std::string&, const std::string&>(), py::arg("path"), py::arg("name"));
+  py::class_<Graph>(module, "Graph", "Unknowns and residuals; one thread at a time uses it.")
       .def(py::init<>())
-      .def("add", [](ch5::Graph& g, std::shared_ptr<ch5::Vertex> v) { return g.AddVertex(std::move(v)); })
       .def(
-          "add", [](ch5::Graph& g, std::shared_ptr<ch5::Edge> e) { return g.AddEdge(std::move(e)); },
-          py::keep_alive<1, 2>())
-      .def("cost", [](const ch5::Graph& g) { return ch5::Cost(g); })
-      .def("solve", &Solve, py::arg("max_iterations") = 20, py::arg("cost_tolerance") = 1e-6)
-      .def("covariance",
-           [](ch5::Graph& g, const std::vector<std::shared_ptr<ch5::Vertex>>& v) {
-             ch5::Covariance covariance(&g);
-             return ch5::JointCovariance(v, &covariance);
-           })
+          "add", [](Graph& g, std::shared_ptr<ch5::Vertex> v) { return g.Use(), g.Get()->AddVertex(std::move(v)); },
+          py::arg("vertex"), "Adds an unknown or an edge; returns its number.")
+      .def(
+          "add", [](Graph& g, std::shared_ptr<ch5::Edge> e) { return g.Use(), g.Get()->AddEdge(std::move(e)); },
+          py::arg("edge"), py::keep_alive<1, 2>())
+      .def("add_formula", &AddFormulas, py::arg("formula"), py::arg("vertices"), py::arg("numbers"),
+           py::arg("information") = py::none(), py::arg("loss") = py::none(),
+           "An edge for each row of numbers, which stay where they are.")
+      .def(
+          "cost", [](Graph& g) { return g.Use(), ch5::Cost(*g.Get()); }, "The sum of rho(r^T W r) / 2.")
+      .def("solve", &Solve, py::arg("max_iterations") = 20, py::arg("threads") = 1, py::arg("callback") = py::none(),
+           "Minimizes the cost; other threads of Python go on meanwhile. Options: algorithm, damping, cost_tolerance,\n"
+           "gradient_tolerance, step_tolerance, tau, initial_radius, max_trials, landmark_steps.\n"
+           "callback(iteration) gets a dict; False stops.")
+      .def("covariance", &CovarianceOf, py::arg("vertices"), "Of these unknowns together, one below the other.")
       .def(
           "marginalize",
-          [](ch5::Graph& g, const std::vector<std::shared_ptr<ch5::Vertex>>& drop) {
-            const auto prior = ch5::MarginalizeInto(&g, drop);
+          [](Graph& g, const std::vector<std::shared_ptr<ch5::Vertex>>& drop) {
+            const auto lock = g.Use();
+            const auto prior = ch5::MarginalizeInto(g.Get(), drop);
             return prior ? py::object(py::make_tuple(prior->GetPrior().J, prior->GetPrior().r0)) : py::none();
           },
-          "Drops vertices; returns the prior's (J, r0), which is in the graph, or None.");
+          py::arg("drop"), "Drops vertices; returns the prior's (J, r0), which is in the graph, or None.");
+}
+
+// The solved graph of a file.
+py::dict SolvePoseGraph(const std::string& path, const std::string& start, int max_iterations, int threads,
+                        const py::object& callback, bool leave_out) {
+  ch5::G2oOptions reading;
+  reading.leave_out = leave_out;
+  auto graph = std::make_shared<Graph>();
+  graph->file = std::make_unique<ch5::G2oFile>(ch5::ReadG2o(path, reading));
+  ch5::SparseOptimizer gauge(graph->Get());
+  if (gauge.GaugeFreedom()) gauge.FindGauge()->SetFixed();
+  const std::vector<std::pair<const char*, ch5::PoseGraphStart>> starts(std::begin(ch5::kPoseGraphStartNames),
+                                                                        std::end(ch5::kPoseGraphStartNames));
+  const auto from = Named("solve: start", start, starts);
+  {
+    const py::gil_scoped_release unlocked;
+    ch5::InitializePoseGraph(from, graph->Get(), threads);
+  }
+  py::dict result = Solve(graph.get(), max_iterations, threads, callback, py::kwargs());
+  std::vector<int64_t> ids;
+  std::vector<ch5::VecX> poses;
+  for (const auto& vertex : graph->Get()->Vertices()) {
+    const auto id = static_cast<size_t>(vertex->Id());
+    if (vertex->GetRole() != ch5::Role::kPose || id >= graph->file->ids.size()) continue;
+    ids.push_back(graph->file->ids[id]);
+    poses.emplace_back(vertex->Parameters());
+  }
+  ch5::MatXX rows(poses.size(), poses.empty() ? 0 : poses.front().size());
+  for (size_t k = 0; k < poses.size(); ++k) rows.row(static_cast<Eigen::Index>(k)) = poses[k];
+  result["ids"] = py::array(py::cast(ids));
+  result["poses"] = rows;
+  result["g2o"] = ch5::FormatG2o(*graph->file);
+  return result;
 }
 
 /// (calibration, IMU, images) of a recording's folder.
@@ -254,7 +591,7 @@ py::tuple ReadRecording(const std::string& folder) {
 }
 
 void DefineEstimator(py::module_& module) {
-  py::class_<ch5::Calibration>(module, "Calibration")
+  py::class_<ch5::Calibration>(module, "Calibration", "Camera and IMU.")
       .def(py::init<>())
       .def_readwrite("fx", &ch5::Calibration::fx)
       .def_readwrite("fy", &ch5::Calibration::fy)
@@ -271,24 +608,42 @@ void DefineEstimator(py::module_& module) {
             c.noise = {a, g, a_walk, g_walk, true};
           },
           py::arg("accelerometer"), py::arg("gyroscope"), py::arg("accelerometer_walk"), py::arg("gyroscope_walk"));
-  py::class_<PyEstimator>(module, "Estimator")
-      .def(py::init<const ch5::Calibration&, const std::string&, bool>(), py::arg("calibration"),
-           py::arg("policy") = "vins", py::arg("covariance") = false)
+  py::class_<PyEstimator>(module, "Estimator", "Visual-inertial odometry by VINS's window or OKVIS's.")
+      .def(py::init<const ch5::Calibration&, const std::string&, bool, bool, bool, double>(), py::arg("calibration"),
+           py::arg("policy") = "vins", py::arg("covariance") = false, py::arg("estimate_extrinsic") = false,
+           py::arg("estimate_time_offset") = false, py::arg("time_offset") = 0.0)
       .def("add_imu", &PyEstimator::AddImu, py::arg("t"), py::arg("acceleration"), py::arg("gyroscope"))
-      .def("add_frame", &PyEstimator::AddFrame, py::arg("t"), py::arg("ids"), py::arg("points"))
-      .def("predict_at", &PyEstimator::PredictAt, py::arg("t"));
-  module.def("read_recording", &ReadRecording,
+      .def("add_imu", &PyEstimator::AddImuRows, py::arg("rows"), "Many at once: rows of t, acceleration, gyroscope.")
+      .def("add_frame", &PyEstimator::AddFrame, py::arg("t"), py::arg("ids"), py::arg("points"),
+           "Tracks on the normalized plane, an id a row. Other threads of Python go on meanwhile.")
+      .def("predict_at", &PyEstimator::PredictAt, py::arg("t"), "The state at t by the IMU, or None.")
+      .def_property_readonly("time_offset", &PyEstimator::TimeOffset, "By which the camera's clock is late [s].");
+  module.def("read_recording", &ReadRecording, py::arg("folder"),
              "calibration, IMU as rows of t, acceleration, gyroscope, and images as tuples (t, ids, points).");
 }
 
 }  // namespace
 
+void DefineErrors(py::module_& module) {
+  py::register_exception<ch5::GraphError>(module, "GraphError", PyExc_ValueError);
+  py::register_exception<ch5::OptionError>(module, "OptionError", PyExc_ValueError);
+  py::register_exception<ch5::MeasurementError>(module, "MeasurementError", PyExc_ValueError);
+  py::register_exception<ch5::CovarianceError>(module, "CovarianceError", PyExc_RuntimeError);
+  py::register_exception<ch5::FileError>(module, "FileError", PyExc_RuntimeError);
+}
+
 PYBIND11_MODULE(ch5, module) {
   module.doc() =
       "Chapter 5's back end: graphs, priors and the visual-inertial estimator. Poses are [p, q_x, q_y, q_z, q_w].";
   module.attr("__version__") = py::str("{}.{}.{}").format(CH5_VERSION_MAJOR, CH5_VERSION_MINOR, CH5_VERSION_PATCH);
+  DefineErrors(module);
   DefineVertices(module);
   DefineEdges(module);
   DefineGraph(module);
   DefineEstimator(module);
+  auto pose_graph = module.def_submodule("pose_graph", "Pose graphs in g2o's and TORO's files.");
+  pose_graph.def("solve", &SolvePoseGraph, py::arg("path"), py::arg("start") = "file", py::arg("max_iterations") = 100,
+                 py::arg("threads") = 1, py::arg("callback") = py::none(), py::arg("leave_out") = false,
+                 "Reads a graph and solves it: what Graph.solve returns, with ids, poses (a row each) and g2o, the "
+                 "file's new text.");
 }

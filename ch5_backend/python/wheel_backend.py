@@ -34,6 +34,7 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     with tempfile.TemporaryDirectory() as folder, zipfile.ZipFile(Path(wheel_directory) / name, "w", zipfile.ZIP_DEFLATED) as wheel:
         module = compiled(Path(folder))
         files = {module.name: module.read_bytes(),
+                 **{f"ch5-stubs/{stub.name}": stub.read_bytes() for stub in sorted(HERE.glob("ch5-stubs/*.pyi"))},
                  f"{info}/METADATA": METADATA.format(name=NAME, version=version()).encode(),
                  f"{info}/WHEEL": WHEEL.format(tag=tag).encode()}
         record = ""
