@@ -2,7 +2,6 @@
 option(CH5_LIBRARY_ONLY "Without programs, tests and homework" OFF)
 option(BUILD_TESTING "Build the tests and the homework's checks where GoogleTest is found" ON)
 option(CH5_FUZZ "Build the fuzz targets of the readers, with Clang" OFF)
-option(CH5_HOMEWORK_TESTS "Each check of the homework as a test of CTest, for graders" OFF)
 option(CH5_BENCHMARKS "Build the peer of ./course bench where Ceres is found" ON)
 option(CH5_UNITY "Compile tests and experiments several files at a time; without it compile_commands.json names each" ON)
 set(CH5_OPTIMIZATION -O2 CACHE STRING "How far a release is optimized; less is quicker to build")

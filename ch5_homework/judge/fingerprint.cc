@@ -10,7 +10,7 @@
 namespace ch5::homework {
 namespace {
 
-constexpr int kProjections = 8, kDigits = 10;
+constexpr int kProjections = 8, kDigitsOfOne = 10;
 
 // Directions that every compiler draws alike: xorshift64 (Marsaglia 2003), one stream for each projection.
 double Project(const MatXX& A, int k) {
@@ -50,7 +50,7 @@ std::string Fingerprint(const MatXX& expected, const MatXX& got) {
   const double largest = expected.size() == 0 ? 0.0 : expected.cwiseAbs().maxCoeff();
   const MatXX difference = (same_size ? MatXX(got - expected) : got) / (largest > 0.0 ? largest : 1.0);
   std::ostringstream json;
-  json.precision(kDigits);
+  json.precision(kDigitsOfOne);
   json << "[" << got.rows() << ", " << got.cols();
   for (int k = 0; k < kProjections; ++k) json << ", " << Project(difference, k);
   json << "]";

@@ -206,7 +206,7 @@ class Documents(unittest.TestCase):
         for stage in json.loads(read(ROOT / "ch5_homework/stages.json"))["stages"]:
             wanted.setdefault(stage["file"], []).append(stage["tests"])
         for page in next(pair for pair in PAGES if pair[0].name == "debugger.md"):
-            rows = re.findall(r"^\| `(\w+)\.cc` \| `check_\1` \| `build/release/bin/check_\1` \| (.+) \|$", read(page), re.M)
+            rows = re.findall(r"^\| `(\w+)\.cc` \| `debug_check_\1` \| `build/release/bin/debug_check_\1` \| (.+) \|$", read(page), re.M)
             self.assertEqual({file + ".cc": re.findall(r"`(.+?)`", tests) for file, tests in rows}, wanted, page)
 
     def test_map_shows_every_floor(self):

@@ -65,5 +65,4 @@ set_tests_properties(Homework.CheckFromEndToEnd Homework.CheckOfWrongFiles PROPE
   ENVIRONMENT "CH5_BUILD_DIR=${PROJECT_BINARY_DIR};CH5_HOMEWORK_DIR=${CH5_HOMEWORK_DIR};CH5_CHECK_PREFIX=trial_;CH5_CHECK_FOLDER=${trial};LC_ALL=C.UTF-8"
   ENVIRONMENT_MODIFICATION CH5_DATA_DIR=set:${CH5_DATA_DIR})
 
-include(plain_ctest.cmake)
 include(workers.cmake)

@@ -34,7 +34,7 @@ LEFT_OUT = (
     # what fills the blanks, rightly or wrongly
     "ch5_homework/mistakes/", "ch5_backend/course/homework/samples.py", "tests/homework/samples", "tests/homework/run_samples.py",
     "tests/homework/reference.cmake", "tests/homework/answers_test.py",
-    "tests/homework/plain_ctest", "tests/homework/one_check.py", "tests/homework/end_to_end_test.py",
+    "tests/homework/end_to_end_test.py",
     "tests/homework/leftover_throw_test.py", "tests/homework/compiler_words_test.py", "tests/homework/languages_test.py")
 KEPT = ("slides/figures/", "slides/reading/", "ch5_homework/mistakes/answers.csv")  # the picture of the front page; the lectures; mistakes' answers, as numbers
 # Of the front page: the rows for graders, instructors and contributors, and how to build the slides.
