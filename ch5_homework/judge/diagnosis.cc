@@ -66,7 +66,7 @@ bool IsAnswer(const Claim& claim, const MatXX& answer) {
 // The right answers so far, of calls that were right, by what they are called.
 struct Earlier {
   std::vector<MatXX> answers;
-  std::optional<formula::Formula> first;
+  std::vector<formula::Formula> formulas;  // of the first ones
 };
 Earlier& CallsBefore(const Claim& claim) {
   static std::map<std::string, Earlier> calls;
@@ -90,8 +90,7 @@ std::optional<Mistake> FindMistake(const Claim& claim) {
   if (const auto found = find(claim.check.mistakes)) return found;
   if (claim.formula == nullptr || claim.got.isZero(0.0)) return {};  // many slips give zero
   const auto is = [&](const MatXX& answer) { return IsAnswer(claim, answer); };
-  const auto& first = CallsBefore(claim).first;
-  if (const auto slip = FindSlip(*claim.formula, claim.got, is, first ? &*first : nullptr)) return slip;
+  if (const auto slip = FindSlip(*claim.formula, claim.got, is, CallsBefore(claim).formulas)) return slip;
   return find(claim.check.vaguer);
 }
 
@@ -199,6 +198,14 @@ Text SymptomOfTheWhole(const Claim& claim) {
   }
   if (const Text elsewhere = BelongsElsewhere(claim); !elsewhere.empty()) return elsewhere;
   if (SameNumbersElsewhere(got, expected, kMistakeMatch)) return "matrix.wrong_places";
+  const auto wrong_row = wrong.rowwise().any().eval(), wrong_column = wrong.colwise().any().transpose().eval();
+  for (const auto& [is_wrong, first, last] :
+       {std::tuple{wrong_row, "matrix.first_row_alone", "matrix.last_row_alone"},
+        {wrong_column, "matrix.first_column_alone", "matrix.last_column_alone"}}) {
+    if (is_wrong.size() < 3 || is_wrong.count() != 1) continue;
+    if (is_wrong[0]) return first;
+    if (is_wrong[is_wrong.size() - 1]) return last;
+  }
   return {};
 }
 
@@ -437,7 +444,8 @@ void Require(const Claim& claim) {
     if (check.variable.empty()) return;
     Earlier& before = CallsBefore(claim);
     before.answers.push_back(expected);
-    if (formula != nullptr && !before.first) before.first = *formula;
+    constexpr size_t kMostKept = 6;
+    if (formula != nullptr && before.formulas.size() < kMostKept) before.formulas.push_back(*formula);
     return;
   }
   testing::Test::RecordProperty("picture", Picture(claim));
@@ -461,7 +469,8 @@ void Require(const Check& check, const formula::Formula& right, const MatXX& got
 }
 
 void Fail(Diagnosis diagnosis) {
-  if (!diagnosis.got.empty()) diagnosis.fingerprint = Fingerprint(diagnosis.expected.Json(), diagnosis.got.Json());
+  if (diagnosis.fingerprint.empty() && !diagnosis.got.empty())
+    diagnosis.fingerprint = Fingerprint(diagnosis.expected.Json(), diagnosis.got.Json());
   Tell(diagnosis);
 }
 

@@ -83,7 +83,7 @@ struct Diagnosis {
   Text cause = {};
   std::string todo = {};                           ///< where to read
   std::vector<std::pair<Text, Text>> places = {};  ///< ("row 3", "VertexPose 1, δp.y")
-  std::string fingerprint = {};                    ///< of what came (fingerprint.h); Fail makes that of words
+  std::string fingerprint = {};                    ///< of what came (fingerprint.h); empty: Fail makes that of words
 };
 
 /// Fails the test with a diagnosis, and leaves it. As one line of JSON it is the property "diagnosis" of the test's report,

@@ -10,6 +10,7 @@
 #include "ch5_backend/types/edge_se3_prior.h"
 #include "ch5_homework/judge/ask.h"
 #include "ch5_homework/judge/diagnosis.h"
+#include "ch5_homework/judge/fingerprint.h"
 #include "ch5_homework/judge/scenes/bundle.h"
 
 namespace ch5::homework {
@@ -150,8 +151,13 @@ TEST(Stage3, InformationIsTheWeight) {
       }
       const MatXX& W = all_priors[i][0].W;
       if (Equal(W, weight * MatXX::Identity(6, 6), 1e-6)) continue;  // a float will do
-      Fail({of_prior("3.information_prior_frame"), Word(Number(weight) + "·I₆"), WorstEntry(W, weight),
-            CauseOfInformation(W, weight, pixel_information), "3"});
+      Fail({of_prior("3.information_prior_frame"),
+            Word(Number(weight) + "·I₆"),
+            WorstEntry(W, weight),
+            CauseOfInformation(W, weight, pixel_information),
+            "3",
+            {},
+            Fingerprint(weight * MatXX::Identity(6, 6), W)});
     }
   }
 }

@@ -6,6 +6,7 @@
 #include "ch5_backend/marginalize/square_root.h"
 #include "ch5_backend/math/psd.h"
 #include "ch5_homework/judge/ask.h"
+#include "ch5_homework/judge/fingerprint.h"
 #include "ch5_homework/judge/oracle.h"
 #include "ch5_homework/judge/right/formulas.h"
 
@@ -123,7 +124,13 @@ void CheckSingular(const Text& scene, const System& right, const System& got, do
   const auto first = [](const MatXX& U) {
     return Word("U(0, 0) = " + (U.size() > 0 ? Number(U(0, 0)) : std::string("?")));
   };
-  Fail({scene, first(right.H), first(got.H), got.H.allFinite() ? "5.V_no_inverse" : infinite, "5.5 5.2"});
+  Fail({scene,
+        first(right.H),
+        first(got.H),
+        got.H.allFinite() ? "5.V_no_inverse" : infinite,
+        "5.5 5.2",
+        {},
+        Fingerprint(right.H, got.H)});
 }
 
 // First an eigenvalue that is exactly zero: the inverse of one that is zero to rounding depends on the rounding's sign.
@@ -203,6 +210,7 @@ void CheckUpdate(const MatXX& H, const VecX& b0, const Names& names, const Text&
   const ScaledEigen eigen = DecomposeScaled(H, p_inverse);
   Mistakes in_JtJ{CholeskyOfSingular("5.3", "H", eigen.S_sqrt, J, JtJ),
                   kept("J_", J, J_before, JtJ),
+                  {"5.6 5.3", "5.scaling_inverted", scaled(GramScaledBy(H, right.p.cwiseInverse()))},
                   {"5.6 5.3", "5.diagonal_for_its_root", scaled(GramScaledBy(H, H.diagonal()))},
                   {"5.6 5.3", "5.no_scaling", scaled(GramScaledBy(H, VecX::Ones(H.rows())))}};
   VecX S_sqrt = eigen.S_sqrt;  // without the smallest ones

@@ -1,5 +1,7 @@
 #pragma once
 /// What a student's file needs most, parsed once. No more: each inline function here is compiled with every file.
+#include "ch5_homework/judge/told_sizes.h"  // before Eigen
+
 #include <Eigen/Dense>
 
 #include "ch5_backend/dense/block_diagonal.h"

@@ -76,6 +76,18 @@ class Printed(FolderTest):
                                'import os; os._exit(139)')
         self.assertEqual((verdict.state, cause_of(verdict.diagnosis)), ("crashes", "judge.null_followed"))
 
+    def test_an_assertion_tells_the_sizes_that_it_knows(self):
+        for numbers, assertion, told in (
+                ("6 6 12 12 12 9" + " -1" * 8, "startRow >= 0", "block(6, 6, 12, 12) of a 12×9 matrix"),
+                ("3 0 6 1 5 1" + " -1" * 8, "startRow >= 0", "segment(3, 6) of a vector of 5"),
+                ("-1 -1 -1 -1 -1 -1 12 12 3 4 -1 -1 -1 -1", "aLhs.rows() == aRhs.rows()", "different sizes: 12×12 and 3×4"),
+                ("-1 -1 -1 -1 -1 -1 -1 -1 -1 -1 6 6 6 12", "dst.rows() == src.rows()", "different sizes: 6×6 and 6×12"),
+                ("-1 -1 -1 -1 12 12" + " -1" * 8, "startRow >= 0", "outside its matrix, in the test")):
+            verdict = self.verdict(f'print("\\nSIZES {numbers}\\nx: f: Assertion `{assertion}\' failed.\\n\\nCRASH Aborted in Second", flush=True); '
+                                   'import os; os._exit(134)')
+            self.assertIn(told, self.told(verdict))
+            self.assertEqual(verdict.printed.split(), ["small", "2"] * 3)
+
     def test_sizes_in_words(self):
         self.assertEqual([in_bytes(n) for n in (0, 512, 4600, 342123456)], ["0 B", "512 B", "4.6 KB", "342 MB"])
 

@@ -222,12 +222,19 @@ def tell(stage: dict, verdict: Verdict, out, say: Speaker) -> None:
     tell_ticks(verdict, "  ", out, say)
     tell_printed(verdict, out, say)
     words = in_full(verdict.diagnosis, verdict.output, say)
-    print("\n" + fitted(indent(words), out) + "\n" if verdict.state != "right" else "", file=out, end="")
+    print("\n" + fitted(indent(words + line_at(verdict.diagnosis.get("place"))), out) + "\n" if verdict.state != "right" else "", file=out, end="")
     tell_map(verdict, out, say)
     if verdict.state not in ("right", "not-started"):
         tell_warnings(stage["file"], out, say)
     print(*(fitted(f"  {line}", out) for line in (*compared(stage, verdict.state, folder(), say), say.text(next_step(stage, verdict)))), "",
           sep="\n", file=out)
+
+
+def line_at(place: str) -> str:
+    """The student's line at "problem.cc:84", below the words about it, or ""."""
+    file, _, number = (place or "").partition(":")
+    lines = (blanks.content_of(folder() / file) or b"").decode("utf-8", "replace").splitlines() if number else []
+    return f"\n\n{number} │ {lines[int(number) - 1].strip()}" if 0 < int(number or 0) <= len(lines) else ""
 
 
 def tell_ticks(verdict: Verdict, indented: str, out, say: Speaker) -> None:

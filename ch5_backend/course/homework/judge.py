@@ -27,6 +27,8 @@ NOT_STARTED = re.compile(r'"TODO (\S+) ?(.*) is not started"')  # what an empty 
 TEST_BEGINS, THROWN = b"\x1eTEST ", b"\x1eTHROWN "  # as main.cc writes them
 TIME_LIMIT = 20.0  # seconds for one stage; the reference needs less than one
 
+SIZES = re.compile(r"\nSIZES ((?:-?\d{1,18} ){13}-?\d{1,18})\n")  # what an assertion of Eigen's knows of sizes (told_sizes.h)
+
 # What Eigen's assertions mean; the first pattern that occurs in the assertion counts.
 ASSERTIONS = [
     (r"comma initializer", "eigen.comma"),
@@ -246,6 +248,18 @@ def in_plain_words(message: str, table: list):
     return next((sentence(name) for pattern, name in table if re.search(pattern, message)), {"quoted": message[:MOST_WORDS]})
 
 
+def in_numbers(told: list) -> dict:
+    """Of SIZES: "block(6, 6, 12, 12) of 12×12", or "12×12 and 6×6" of a sum or an assignment; {} without numbers."""
+    row, column, rows, columns = told[:4]
+    size = [f"{told[k]}×{told[k + 1]}" if told[k] >= 0 else "" for k in range(4, 14, 2)]
+    if size[0] and min(row, rows) >= 0 and told[5] == columns == 1:
+        return sentence("eigen.segment_of", row=row, rows=rows, n=told[4])
+    if size[0] and min(rows, columns) >= 0:
+        return sentence("eigen.block_of", row=row, column=column, rows=rows, columns=columns, size=size[0])
+    this, that = size[1:3] if size[1] else size[3:5]
+    return sentence("eigen.two_sizes", this=this, that=that) if this and that else {}
+
+
 def mend_utf8(text: str) -> str:
     """GoogleTest up to 1.12 writes each byte of a UTF-8 letter as a letter of its own."""
     try:
@@ -274,7 +288,11 @@ def ended_early(executable: Path, stage: dict, printed: Printed, in_time: bool, 
     assertion = re.search("Assertion [`']", student)
     if assertion and (end := student.rfind("' failed", assertion.end())) >= 0:
         student, assertion = student[:student.rfind("\n", 0, assertion.start()) + 1], student[assertion.end():end]
-        return verdict("crashes", "judge.assertion", reason=in_plain_words(assertion, ASSERTIONS))
+        reason, sizes = in_plain_words(assertion, ASSERTIONS), SIZES.search(student)
+        if told := sizes and in_numbers([int(number) for number in sizes[1].split()]):
+            reason = sentence("judge.with_sizes", reason=reason, sizes=told)
+        student = SIZES.sub("", student)
+        return verdict("crashes", "judge.assertion", reason=reason)
     if name or exit_code < 0:  # the words may be the program's own, without a name
         name = name or signal.strsignal(-exit_code)
         return verdict("crashes", CRASHES.get(name, "judge.crash"), signal={"quoted": name})

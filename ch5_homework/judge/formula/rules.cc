@@ -194,7 +194,7 @@ void InverseForgotten(const View& v) {
 void InverseOfOneKindOnly(const View& v) {
   const MatXX* const A = v.x->kind == Kind::kInverse ? Square(v.x->parts[0]) : nullptr;
   if (A == nullptr || A->rows() == 1) return;
-  const std::string name = NameOf(v.x->parts[0]);
+  const std::string name = FactorName(v.x->parts[0]);
   const auto instead = [&](const char* id, const MatXX& inverse) {
     v.report(Say(id, {{"matrix", name}}), Matrix(name + "⁻¹", inverse));
   };
@@ -356,31 +356,18 @@ void TermsOfOtherCounts(const View& v) {
   }
 }
 
-/// Of a product with a vector, that vector times numbers: v ωᵀ for [v] ω.
-void MultiplesOfAVector(const View& v) {
-  if (!v.is_whole || !TryValue(v.x) || !v.got.allFinite() || v.got.rows() < 3) return;
-  for (const Expression& other : v.named) {
-    const auto& a = TryValue(other);
-    if (!a || a->cols() != 1 || a->rows() != v.got.rows() || a->isZero(0.0)) continue;
-    const auto along = [&](const MatXX& A) { return MatXX(*a * (a->transpose() * A) / a->squaredNorm()); };
-    if (along(*TryValue(v.x)).isApprox(*TryValue(v.x), 1e-6)) continue;  // so is what is right
-    v.report(Say("formula.multiples_of", {{"this", NameOf(other)}, {"that", NameOf(v.x)}}),
-             Matrix(NameOf(other), along(v.got)));
-  }
-}
-
 // ---- the table -------------------------------------------------------------------------------------------------------
 
 const std::vector<Rule>& Rules() {
   static const std::vector<Rule> rules{
-      &PartZero,          &InverseOfSingular,     &TermOfOtherSign,    &TermMissing,        &FactorMissing,
-      &BracketsMissing,   &BracketsTooMany,       &InverseForgotten,   &FactorTwice,        &InverseOfOneKindOnly,
-      &AnotherSource,     &InverseOfOneBlock,     &TransposeForgotten, &AnotherForIt,       &Transposed,
-      &FactorsTransposed, &FactorsInAnotherOrder, &InverseOfAnother,   &DirectionsCut,      &OnlyDiagonal,
-      &OnlyTriangle,      &PartsOfATerm,          &PartsOfABlock,      &RootOfInverse,      &Inverted,
-      &BlockOfTheInverse, &AnotherPlace,          &MultipleOfIAdded,   &TurnsOfALoop,       &SharesOfAKind,
-      &SharesElsewhere,   &FactorTooMany,         &TermsOfOtherCounts, &MultiplesOfAVector, &SignsLost,
-      &SharesOffByOne,    &ShareTooMany,          &ShareAtAnotherPlace};
+      &PartZero,          &InverseOfSingular,     &TermOfOtherSign,    &TermMissing,   &FactorMissing,
+      &BracketsMissing,   &BracketsTooMany,       &InverseForgotten,   &FactorTwice,   &InverseOfOneKindOnly,
+      &AnotherSource,     &InverseOfOneBlock,     &TransposeForgotten, &AnotherForIt,  &Transposed,
+      &FactorsTransposed, &FactorsInAnotherOrder, &InverseOfAnother,   &DirectionsCut, &OnlyDiagonal,
+      &OnlyTriangle,      &PartsOfATerm,          &PartsOfABlock,      &RootOfInverse, &Inverted,
+      &BlockOfTheInverse, &AnotherPlace,          &MultipleOfIAdded,   &TurnsOfALoop,  &SharesOfAKind,
+      &SharesElsewhere,   &FactorTooMany,         &TermsOfOtherCounts, &SignsLost,     &SharesOffByOne,
+      &ShareTooMany,      &ShareAtAnotherPlace};
   return rules;
 }
 

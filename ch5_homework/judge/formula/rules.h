@@ -57,7 +57,6 @@ void InverseOfSingular(const View& v);
 void InverseOfOneBlock(const View& v);
 void BlockOfTheInverse(const View& v);
 void TermsOfOtherCounts(const View& v);
-void MultiplesOfAVector(const View& v);
 // rules_of_blocks.cc
 void AnotherForIt(const View& v);
 void TransposeForgotten(const View& v);

@@ -174,8 +174,9 @@ void ShareTooMany(const View& v) {
         const auto is_A = [&](const MatXX& B) {
           return (B.block(i, j, A.rows(), A.cols()) - A).cwiseAbs().maxCoeff() <= zero;
         };
-        if (!is_A(v.got) && !is_A(more)) continue;
-        v.report(Say("formula.stands_there_too",
+        const bool is_at_home = i == share.place.row && j == share.place.column;
+        if (!is_A(more) && (is_at_home || !is_A(v.got))) continue;
+        v.report(Say(is_at_home ? "formula.added_once_more" : "formula.stands_there_too",
                      {{"this", NameOf(share.x)}, {"i", std::to_string(i)}, {"j", std::to_string(j)}}),
                  Matrix(v.x->name, v.got));
       }

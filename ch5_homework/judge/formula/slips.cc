@@ -167,8 +167,10 @@ std::map<std::string, Expression> FirstOnes(const Expression& x) {
 
 class Search {
  public:
-  Search(const Formula& formula, const MatXX& got, const std::function<bool(const MatXX&)>& is)
-      : formula_(formula), got_(got), is_(is) {}
+  /// @param cause  no slip but those with this cause, if it is not null
+  Search(const Formula& formula, const MatXX& got, const std::function<bool(const MatXX&)>& is,
+         const std::vector<Formula>& earlier, const Text* cause = nullptr)
+      : formula_(formula), got_(got), is_(is), earlier_(earlier), cause_(cause) {}
 
   /// What the first turn of a loop had, in the first call, wherever it is used.
   std::optional<Mistake> Kept(const Expression& way, const Expression& of_first_call) {
@@ -193,6 +195,7 @@ class Search {
     FindFamilies(way, false, {}, &by_name, &seen, &families);
     const std::vector<KindOfShare> kinds = KindsIn(sites);
     for (const Rule rule : formula_.listed_alone ? std::vector<Rule>{&AnotherForIt} : Rules()) {
+      depends_on_values_ = rule == &DirectionsCut;  // a limit that the earlier ones did not come near
       if (rule == &TransposeForgotten) {  // before what replaces another
         for (const auto& [cause, changed] : FromOtherSources(way, sites)) Try(cause, {}, changed);
         for (const auto& [cause, changed] : BlocksExchanged(way, sites)) Try(cause, {}, changed);
@@ -206,7 +209,7 @@ class Search {
         rule({site.x, site.is_whole, formula_, got_, named, [&](const Text& cause, const Expression& instead) {
                 if (found_) return;
                 if (!instead) {
-                  found_ = Mistake{site.todo, cause, got_};
+                  if (IsAsked(cause)) found_ = Mistake{site.todo, cause, got_};
                   return;
                 }
                 const bool is_of_kind = instead->kind == Kind::kAssembly && !instead->todo.empty();
@@ -254,14 +257,23 @@ class Search {
   }
 
   void Try(const Text& cause, const std::string& todo, const Expression& changed) {
-    if (found_) return;
+    if (found_ || !IsAsked(cause)) return;
     const auto& answer = TryValue(changed);
-    if (answer && is_(*answer)) found_ = Mistake{todo, cause, *answer};
+    if (answer && is_(*answer) && (depends_on_values_ || !IsRefuted(cause))) found_ = Mistake{todo, cause, *answer};
   }
+
+  bool depends_on_values_ = false;
+
+  bool IsAsked(const Text& cause) const { return cause_ == nullptr || cause.Json() == cause_->Json(); }
+
+  /// Whether the slip would have made the answer to an earlier call wrong, which was right.
+  bool IsRefuted(const Text& cause) const;
 
   const Formula& formula_;
   const MatXX& got_;
   const std::function<bool(const MatXX&)>& is_;
+  const std::vector<Formula>& earlier_;
+  const Text* cause_;
   std::optional<Mistake> found_;
 };
 
@@ -269,6 +281,24 @@ std::vector<Expression> WaysOf(const Formula& formula) {
   std::vector<Expression> ways = formula.as_well;
   ways.insert(ways.begin(), formula.right);
   return ways;
+}
+
+bool Search::IsRefuted(const Text& cause) const {
+  constexpr double kSame = 1e-6;
+  static const std::vector<Formula> none;
+  return std::any_of(earlier_.begin(), earlier_.end(), [&](const Formula& one) {
+    if (NameOf(one.right) != NameOf(formula_.right)) return false;
+    const MatXX& right = Value(one.right);
+    bool is_tried = false;
+    const std::function<bool(const MatXX&)> stays_right = [&](const MatXX& answer) {
+      is_tried = true;
+      return Equal(answer, right, kSame);
+    };
+    const std::vector<Expression> ways = WaysOf(one);
+    return std::none_of(ways.begin(), ways.end(),
+                        [&](const Expression& way) { return Search(one, right, stays_right, none, &cause).In(way); }) &&
+           is_tried;
+  });
 }
 
 /// "edge 0: 2.5, edge 3: 1": which shares give something to an entry, the largest first.
@@ -291,9 +321,10 @@ Text SharesAt(const Node& assembly, Index row, Index column) {
 }  // namespace
 
 std::optional<Mistake> FindSlip(const Formula& formula, const MatXX& got,
-                                const std::function<bool(const MatXX& answer)>& is, const Formula* first) {
-  Search search(formula, got, is);
-  const std::vector<Expression> ways = WaysOf(formula), of_first = WaysOf(first != nullptr ? *first : formula);
+                                const std::function<bool(const MatXX& answer)>& is,
+                                const std::vector<Formula>& earlier) {
+  Search search(formula, got, is, earlier);
+  const std::vector<Expression> ways = WaysOf(formula), of_first = WaysOf(earlier.empty() ? formula : earlier[0]);
   for (const Expression& way : ways) {
     if (auto found = search.In(way)) return found;
   }

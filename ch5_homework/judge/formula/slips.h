@@ -39,10 +39,12 @@ struct Formula {
 };
 
 /// The likeliest slip whose answer is `got`.
-/// @param is     whether an answer is what the student has
-/// @param first  the same formula of the first call, from which a static variable may have its value
+/// @param is       whether an answer is what the student has
+/// @param earlier  formulas of earlier calls, whose answers were right: a slip that would have shown there is none, and from the
+///                 first one a static variable may have its value
 std::optional<Mistake> FindSlip(const Formula& formula, const MatXX& got,
-                                const std::function<bool(const MatXX& answer)>& is, const Formula* first = nullptr);
+                                const std::function<bool(const MatXX& answer)>& is,
+                                const std::vector<Formula>& earlier = {});
 
 /// "(3, 4): H_pp gives 2.5, −H_pm H_mm⁻¹ H_mp gives −1": what the terms of a sum give to an entry; nothing of other formulas.
 Text TermsOf(const Expression& x, Eigen::Index row, Eigen::Index column);

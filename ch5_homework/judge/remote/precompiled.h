@@ -2,6 +2,8 @@
 /// The grader's precompiled header of a student's file: the headers that the homework includes. With the products of
 /// compiled_products.h such a file compiles in a second in place of two or three.
 
+#include "ch5_homework/judge/told_sizes.h"  // before Eigen
+
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>

@@ -21,6 +21,7 @@ struct Turn {
   const Vertex& v_i() const { return *edge().Vertices()[at_i]; }
   const Vertex& v_j() const { return *edge().Vertices()[at_j]; }
   bool IsLast(size_t k) const { return k + 1 == edge().Vertices().size(); }
+  bool SizesDiffer() const { return v_i().LocalDimension() != v_j().LocalDimension(); }
   bool IsPose() const { return v_i().GetRole() == Role::kPose; }
   Turn Mirrored() const { return {edges, number, at_i, at_j, column, row, true}; }
 };
@@ -81,6 +82,8 @@ constexpr LeftOut kLeftOut[] = {
     {"assembly.edges_left_out", [](const Turn& t) { return t.number + 1 != t.edges.size(); }},
     {"formula.edge_that_fits_left_out", [](const Turn& t) { return t.edge().Residual().isZero(0.0); }},
     {"assembly.vertex_left_out", [](const Turn& t) { return t.at_i == 0; }},
+    {"assembly.vertex_left_out", [](const Turn& t) { return t.row == 0; }},
+    {"assembly.vertex_left_out", [](const Turn& t) { return t.column == 0; }},
     {"assembly.vertex_left_out", [](const Turn& t) { return t.IsLast(t.at_i); }},
     {"assembly.vertex_left_out", [](const Turn& t) { return t.IsLast(t.at_j); }},
     {"assembly.only_one_vertex", [](const Turn& t) { return t.at_j != 0; }},
@@ -88,19 +91,20 @@ constexpr LeftOut kLeftOut[] = {
     {"assembly.only_poses", [](const Turn& t) { return !t.IsPose(); }},
     {"assembly.only_landmarks", [](const Turn& t) { return t.IsPose(); }},
     {"assembly.only_first_block_kept", [](const Turn& t) { return t.is_taken; }},
+    {"assembly.block_only_of_equal_sizes", [](const Turn& t) { return !t.is_mirrored && t.SizesDiffer(); }},
     {"assembly.only_one_triangle", [](const Turn& t) { return t.row > t.column; }},
     {"assembly.only_one_triangle", [](const Turn& t) { return t.row < t.column; }},
-    {"assembly.mirror_only_of_equal_sizes",
-     [](const Turn& t) { return t.is_mirrored && t.v_i().LocalDimension() != t.v_j().LocalDimension(); }},
+    {"assembly.mirror_only_of_equal_sizes", [](const Turn& t) { return t.is_mirrored && t.SizesDiffer(); }},
     {"assembly.mirror_only_if_v_i_first", [](const Turn& t) { return t.is_mirrored && t.column > t.row; }},
     {"assembly.block_only_if_v_i_first", [](const Turn& t) { return (t.row > t.column) != t.is_mirrored; }},
 };
 constexpr Place kNowhere{-1, -1};
+constexpr const char* kBlockOfOther = "assembly.block_of_other_vertex";
 
 std::vector<Loop::WrongRow> WrongRows(const Loop& loop) {
   const auto dim = [](const Edge& edge, size_t k) { return edge.Vertices()[k]->LocalDimension(); };
   const Text number = "assembly.number_in_edge_for_row", id = "assembly.id_for_first_row",
-             other = "assembly.row_of_other_vertex";
+             other = "assembly.row_of_other_vertex";  // of b; of a block PlacesOf says so
   std::vector<Loop::WrongRow> rows = loop.wrong_rows;
   for (const Loop::WrongRow& row : std::vector<Loop::WrongRow>{
            {number, [](const Edge&, size_t k) { return static_cast<int>(k); }},
@@ -137,15 +141,19 @@ struct Wrong {
         places.push_back({name, {i, 0}});
         continue;
       }
-      for (const Place& place : {Place{i, j}, {i, t.column}, {t.row, j}}) places.push_back({name, place});
+      const bool is_other = name.Json() == Text("assembly.row_of_other_vertex").Json();
+      for (const Place& place : {Place{i, j}, {i, t.column}, {t.row, j}})
+        places.push_back({is_other ? kBlockOfOther : name, place});
     }
     if (of_b) return places;
     places.push_back({"assembly.places_exchanged", {t.column, t.row}});
     places.push_back({"assembly.mirror_at_first", t.is_mirrored ? Place{t.column, t.row} : own, t.is_mirrored});
+    places.push_back(
+        {"assembly.mirror_always_below", t.is_mirrored && t.row < t.column ? Place{t.column, t.row} : own});
     const Place swapped = (t.row > t.column) != t.is_mirrored ? Place{t.column, t.row} : own;
     places.push_back({"assembly.moved_to_triangle_not_transposed", swapped});
-    places.push_back({"assembly.row_of_other_vertex", {t.row, t.row}});
-    places.push_back({"assembly.row_of_other_vertex", {t.column, t.column}});
+    places.push_back({kBlockOfOther, {t.row, t.row}});
+    places.push_back({kBlockOfOther, {t.column, t.column}});
     return places;
   }
 };
@@ -163,9 +171,10 @@ struct Weights {
     edge.RobustInfo(&rho, &robust);
     const MatXX plain = edge.Information(), I = MatXX::Identity(plain.rows(), plain.cols());
     const Expression W = Matrix("W", plain), of_H = Matrix("W_ρ", robust), of_b = Matrix("ρ'W", rho * plain),
-                     twice = Matrix("ρ'W_ρ", rho * robust), squared = Matrix("ρ'²W", rho * rho * plain);
+                     twice = Matrix("ρ'W_ρ", rho * robust), squared = Matrix("ρ'²W", rho * rho * plain),
+                     first = Matrix("W_ρ(0, 0) I", robust(0, 0) * I);
     const MatXX L = robust.llt().matrixL();
-    W_rho = MistakenFor(of_H, {W, of_b, twice, squared, Matrix("ρ'", rho * I), Matrix("L of W_ρ = L Lᵀ", L),
+    W_rho = MistakenFor(of_H, {W, of_b, twice, squared, first, Matrix("ρ'", rho * I), Matrix("L of W_ρ = L Lᵀ", L),
                                Matrix("Lᵀ of W_ρ = L Lᵀ", L.transpose())});
     rho_W = MistakenFor(of_b, {W, of_H, twice, squared, Matrix("ρ'", rho * I), Matrix("√ρ'W", std::sqrt(rho) * plain),
                                Matrix("ρ'W⁻¹", rho * plain.inverse()), Matrix("ρ'WW", rho * plain * plain),
@@ -193,9 +202,10 @@ Expression SegmentOf(const Turn& t) {
     before += k < t.at_i;
   }
   std::vector<Instead> often;
-  for (const int times : {all - before, before + 1, all, all - before + 1, before + 2}) {
+  for (const int times : {all - before, before + 1, all - before + 1, before + 2}) {
     often.push_back(Named(times * segment, "Σ_j " + NameOf(segment)));
   }
+  often.push_back({all * segment, "assembly.b_for_each_vertex"});  // or twice everywhere, where each edge has two
   return MistakenFor(Named(segment, NameOf(segment)), often);
 }
 

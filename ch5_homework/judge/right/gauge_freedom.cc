@@ -1,5 +1,7 @@
 #include "ch5_homework/judge/right/gauge_freedom.h"
 
+#include <cmath>
+
 namespace ch5::homework::right {
 
 PoseRows::PoseRows(const Vec3& p, const Mat33& R_given, const MatXX& axes) {
@@ -37,10 +39,21 @@ Formula Projection(const MatXX& U_given, const MatXX& V_given) {
 
 Formula MotionRows(const Mat33& R_given, int row, int dim, int columns) {
   const Expression R_z = Matrix("R_z", R_given), I = Matrix("I", Mat33::Identity());
+  const double yaw = std::atan2(R_given(1, 0), R_given(0, 0)), degrees = yaw * 180.0 / 3.14159265358979323846;
+  const auto turn = [](const char* name, const Vec3& by) { return Matrix(name, ExpSO3(by).toRotationMatrix()); };
+  const std::vector<Instead> others{I,
+                                    I + R_z,
+                                    R_z * R_z,
+                                    -R_z,
+                                    Matrix("I + [(0, 0, θ)]", Mat33::Identity() + Hat(Vec3(0, 0, yaw))),
+                                    turn("R_z(θ/2)", {0, 0, 0.5 * yaw}),
+                                    turn("R_z(180 θ/π)", {0, 0, degrees}),
+                                    turn("R_x(θ)", {yaw, 0, 0}),
+                                    turn("R_y(θ)", {0, yaw, 0})};
   std::vector<Share> shares;
   for (int k = 0; k + 3 <= dim; k += 3) {
     const std::string at = "(" + std::to_string(k) + ", " + std::to_string(k) + ")";
-    const Expression x = k == 0 ? MistakenFor(R_z, {I, I + R_z, R_z * R_z, -R_z}) : MistakenFor(I, {R_z});
+    const Expression x = k == 0 ? MistakenFor(R_z, others) : MistakenFor(I, {R_z});
     shares.push_back({x, {k, row + k}, {}, {{"formula.entries_of", {{"block", Word(at)}}}}});
   }
   if (dim < 3) shares.push_back({Matrix("I", MatXX::Identity(dim, dim)), {0, row}});

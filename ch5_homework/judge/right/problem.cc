@@ -15,11 +15,13 @@ SchurSolve::SchurSolve(const System& system, const Ordering& ordering, double la
   const Damping other = damping == Damping::kIdentity ? Damping::kDiagonal : Damping::kIdentity;
   const MatXX damped = Damped(system.H, lambda, damping);
   const std::vector<Part> parts = PartsOf(ordering);
-  const Source H("H", damped,
-                 {{"1.2.without_lambda", system.H},
-                  {"1.2.with_lambda_twice", 2.0 * damped - system.H},
-                  {"1.2.with_other_damping", Damped(system.H, lambda, other)}},
-                 parts);
+  const Source H(
+      "H", damped,
+      {{"1.2.without_lambda", system.H},
+       {"1.2.with_lambda_twice", 2.0 * damped - system.H},
+       {{"1.2.with_other_damping", {{"D", Word(std::string(other == Damping::kDiagonal ? "diag(H)" : "I"))}}},
+        Damped(system.H, lambda, other)}},
+      parts);
   const Source rhs("b_", system.b, {}, parts);
 
   const Expression H_pp = H.Block("H_pp", 0, 0, p, p, "1.2b"), H_pm = H.Block("H_pm", 0, p, p, m, "1.2a"),
