@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "ch5_backend/experiments/studies/pose_graph_study.h"
+#include "ch5_backend/experiments/studies/graph_doubts.h"
 #include "ch5_backend/files/tables/text_writer.h"
 
 namespace {
@@ -100,15 +100,21 @@ void Run(const ch5::PoseGraphOptions& options, const ch5::G2oOptions& reading) {
     std::printf("%d information matrices were not positive semi-definite, and were projected\n", graph.projected);
   }
 
+  if (!graph.has_poses) ch5::InitializeAtLeastCost({ch5::PoseGraphStart::kOdometry}, &graph.graph, options.threads);
+  std::string doubts = ch5::DoubtsOfMeasurements(graph);
   ch5::PoseGraphStudy study = ch5::StartPoseGraph(options, &graph);
   PrintAlone(study.alone_ids);
   PrintStart(study);
   ch5::SolveStartedPoseGraph(options, &graph.graph, &study);
+  if (doubts.empty()) doubts = ch5::DoubtsOfMeasurements(graph);
+  if (doubts.empty()) doubts = ch5::DoubtOfInformation(graph.graph);
+  study.doubts = doubts;
   ch5::WritePoseGraphStudy(study, graph, options);
   for (const int64_t id : study.fixed_ids) {
     std::printf("pose %s was held: nothing in the file holds its part\n", std::to_string(id).c_str());
   }
   ch5::PrintSummary(study.summary);
+  std::fputs(doubts.c_str(), stdout);
   std::string said = ch5::ReportOnLoops(options, study, graph.graph);
   if (said.empty() && !options.loss) said = ch5::HintAtHuber(graph.graph, options);
   if (!said.empty()) std::printf("%s\n", said.c_str());

@@ -42,6 +42,34 @@ class PoseGraphApp(AppTest):
         again = self.solve(self.out / "good-result.g2o", "--out", self.folder / "again", "--iterations", 0)
         self.assertIn(f"cost {float(summary['final_cost']):.6e} -> {float(summary['final_cost']):.6e}", again.stdout)
 
+    def test_edges_in_another_unit_direction_or_with_covariances_are_named_with_the_remedy(self):
+        """A square of sides of 2 m, walked five times in steps of 1 m, with exact edges."""
+        at = [((0, 0), (1, 0), (2, 0), (2, 1), (2, 2), (1, 2), (0, 2), (0, 1))[i % 8] for i in range(40)]
+        turns = [(0, 1, 1, 2, 2, 3, 3, 4)[i % 8] * math.pi / 2 for i in range(40)]
+        def between(i, j):
+            c, s, dx, dy = math.cos(turns[i]), math.sin(turns[i]), at[j][0] - at[i][0], at[j][1] - at[i][1]
+            return c * dx + s * dy, c * dy - s * dx, math.remainder(turns[j] - turns[i], 2 * math.pi)
+        ends = [(i, i + 1) for i in range(39)] + [(i, i + 7) for i in range(33)]
+        noise = lambda k, axis: 0.1 * math.sin(7.1 * k + 2.3 * axis)
+        edges = [(i, j, tuple(z + noise(k, axis) for axis, z in enumerate(between(i, j)))) for k, (i, j) in enumerate(ends)]
+        def file(name, change=lambda i, j, z: (i, j, z), W=200):
+            rows = [f"VERTEX_SE2 {i} {at[i][0]} {at[i][1]} {turns[i]}" for i in range(40)]
+            for i, j, z in edges:
+                i, j, z = change(i, j, z)
+                rows.append(f"EDGE_SE2 {i} {j} {z[0]} {z[1]} {z[2]} {W} 0 0 {W} 0 {W}")
+            return self.write(name + ".g2o", "\n".join(rows) + "\n")
+        is_loop = lambda i, j: j > i + 1
+        for name, path, said in (
+                ("right", file("right"), None),
+                ("millimeters", file("millimeters", lambda i, j, z: (i, j, (1000 * z[0], 1000 * z[1], z[2]))), "the first in line 41, have positions 1000 times"),
+                ("loops", file("loops", lambda i, j, z: (i, j, (1000 * z[0], 1000 * z[1], z[2])) if is_loop(i, j) else (i, j, z)), "line 80, have positions 1000 times"),
+                ("swapped", file("swapped", lambda i, j, z: (j, i, z) if is_loop(i, j) else (i, j, z)), "from the second pose to the first: exchange their two ids"),
+                ("covariance", file("covariance", W=1 / 200), "are the last numbers of the edges covariances?")):
+            with self.subTest(name):
+                done = self.solve(path, "--out", self.out)
+                self.assertEqual(self.summary()["doubts"], "1" if said else "0", done.stdout)
+                self.assertIn(said or "pose 0 was held", done.stdout)
+
     def test_a_tag_that_is_not_known_is_refused_or_left_out_and_said(self):
         path = self.write("cheese.g2o", GOOD.replace("# a comment", "SENSOR_CHEESE 1 2 3"))
         self.refuses(path, "--out", self.out, message=f"{path}:4: SENSOR_CHEESE: not known, so what it says would be missing; --leave-out solves the rest")

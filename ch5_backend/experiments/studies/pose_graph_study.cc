@@ -79,6 +79,7 @@ CsvTable SummaryOf(const PoseGraphStudy& study, const G2oFile& file, const PoseG
   table.Row("loops_judged", study.loops.size());
   table.Row("given_up", CountFalse(study.loops));
   table.Row("given_up_close", CountClose(study.loops));
+  table.Row("doubts", std::count(study.doubts.begin(), study.doubts.end(), '\n'));
   return table;
 }
 

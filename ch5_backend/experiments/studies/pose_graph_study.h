@@ -44,6 +44,7 @@ struct PoseGraphStudy {
   std::vector<double> chi2_before;  ///< rᵀWr of each edge at the start
   std::vector<int64_t> fixed_ids;   ///< the poses that were fixed because the file fixed none of their component
   std::vector<int64_t> alone_ids;   ///< poses and landmarks without an edge, which stay where the file has them
+  std::string doubts;               ///< of graph_doubts.h, a line each
   std::vector<LoopVerdict> loops;   ///< with gnc; empty otherwise
 };
 

@@ -1,0 +1,136 @@
+#include "ch5_backend/experiments/studies/graph_doubts.h"
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <sstream>
+
+#include <Eigen/LU>
+
+#include "ch5_backend/types/pose_graph/as_transform.h"
+
+namespace ch5 {
+namespace {
+
+struct OtherMeaning {
+  const char* words;
+  const char* remedy;
+  Transform (*read)(const Transform& T_z);
+};
+
+template <int kTimes, int kBy>
+Transform Scaled(const Transform& T_z) {
+  return {T_z.q, T_z.p * (static_cast<double>(kTimes) / kBy)};
+}
+
+constexpr size_t kUnits = 4;  // so many of them are of units
+constexpr std::array<OtherMeaning, 7> kMeanings = {{
+    {"positions 1000 times what the poses say",
+     "are they in millimeters? divide x, y and z by 1000, and multiply W's rows and columns of them by 1000",
+     Scaled<1, 1000>},
+    {"positions 100 times what the poses say",
+     "are they in centimeters? divide x, y and z by 100, and multiply W's rows and columns of them by 100",
+     Scaled<1, 100>},
+    {"positions a 1000th of what the poses say", "are the poses in millimeters? divide their x, y and z by 1000",
+     Scaled<1000, 1>},
+    {"positions a 100th of what the poses say", "are the poses in centimeters? divide their x, y and z by 100",
+     Scaled<100, 1>},
+    {"a measurement that leads from the second pose to the first", "exchange their two ids",
+     [](const Transform& T_z) { return Inverse(T_z); }},
+    {"a position of the opposite sign", "negate x, y and z", Scaled<-1, 1>},
+    {"a rotation of the opposite sign", "negate the angle, or qx, qy and qz",
+     [](const Transform& T_z) {
+       return Transform{T_z.q.conjugate(), T_z.p};
+     }},
+}};
+
+// How far the poses are from a measurement.
+struct Misfit {
+  double chi2;   // rᵀWr of edge_between.h
+  double share;  // of the distance that lies between the poses, or of a radian
+};
+
+Misfit MisfitOf(const Transform& T_i_j, const Transform& T_z, const MatXX& W) {
+  Transform T_d = Inverse(T_z) * T_i_j;
+  if (T_d.q.w() < 0.0) T_d.q.coeffs() *= -1.0;
+  VecX r(W.rows());
+  if (r.size() == 3) {
+    r << T_d.p.head<2>(), 2.0 * std::atan2(T_d.q.z(), T_d.q.w());
+  } else {
+    r << T_d.p, T_d.q.vec();
+  }
+  return {r.dot(W * r), std::max(T_d.p.norm() / std::max(T_i_j.p.norm(), 1e-9), 2.0 * T_d.q.vec().norm())};
+}
+
+}  // namespace
+
+std::string DoubtsOfMeasurements(const G2oFile& file) {
+  constexpr double kGain = 20.0, kNear = 0.25, kFar = 30.0;  // kFar: times its dimension, no edge that fits
+  std::vector<std::pair<int, std::array<bool, kMeanings.size()>>> misfits;  // their lines, and which meanings would fit
+  std::map<int, const Edge*> edges;
+  for (const auto& edge : file.graph.Edges()) {
+    if (dynamic_cast<const EdgeSE3Between*>(edge.get()) || dynamic_cast<const EdgeSE2Between*>(edge.get()))
+      edges[edge->Id()] = edge.get();
+  }
+  size_t all = 0;
+  for (const G2oFile::Line& line : file.lines) {
+    const auto found = line.kind == G2oFile::Kind::kEdge ? edges.find(line.index) : edges.end();
+    if (found == edges.end()) continue;
+    const Edge* edge = found->second;
+    ++all;
+    const Transform T_z = *MeasurementOf(*edge),
+                    T_i_j = Inverse(*PoseOf(*edge->Vertices()[0])) * *PoseOf(*edge->Vertices()[1]);
+    const MatXX W = edge->Information();
+    const Misfit as_is = MisfitOf(T_i_j, T_z, W);
+    if (as_is.chi2 < kFar * static_cast<double>(W.rows()) || as_is.share < kNear) continue;
+    misfits.push_back({line.number, {}});
+    for (size_t k = 0; k < kMeanings.size(); ++k) {
+      const Misfit other = MisfitOf(T_i_j, kMeanings[k].read(T_z), W);
+      misfits.back().second[k] = other.share < std::min(kNear, 0.25 * as_is.share) && other.chi2 * kGain < as_is.chi2;
+    }
+  }
+  // On a straight way the inverse and the opposite sign are alike: what explains most edges goes first, then what explains most
+  // of the others.
+  std::ostringstream text;
+  while (true) {
+    std::array<size_t, kMeanings.size()> counts = {};
+    for (const auto& [line, fits] : misfits)
+      for (size_t k = 0; k < fits.size(); ++k) counts[k] += fits[k];
+    const size_t k = std::max_element(counts.begin(), counts.end()) - counts.begin();
+    // Among edges that drift spoils, a few are by chance nearer to another direction or sign; a factor of 100 is no chance.
+    const size_t fewest = k < kUnits ? 1 : std::max<size_t>(3, all / 200);
+    if (counts[k] < fewest) return text.str();
+    const auto explained = [&](const auto& misfit) { return misfit.second[k]; };
+    text << counts[k] << " of " << all << " edges, the first in line "
+         << std::find_if(misfits.begin(), misfits.end(), explained)->first << ", have " << kMeanings[k].words << ": "
+         << kMeanings[k].remedy << "\n";
+    misfits.erase(std::remove_if(misfits.begin(), misfits.end(), explained), misfits.end());
+  }
+}
+
+std::string DoubtOfInformation(const Graph& graph) {
+  constexpr double kOff = 100.0, kMost = 300.0, kFewest = 20.0;
+  double chi2 = 0.0, chi2_of_inverse = 0.0, degrees = 0.0;
+  for (const auto& vertex : graph.Vertices()) degrees -= vertex->IsFixed() ? 0.0 : vertex->LocalDimension();
+  for (const auto& edge : graph.Edges()) {
+    edge->ComputeResidual();
+    const VecX r = edge->Residual();
+    const MatXX W = edge->Information();
+    const Eigen::FullPivLU<MatXX> lu(W);
+    if (!lu.isInvertible()) return "";
+    chi2 += edge->Chi2();
+    chi2_of_inverse += r.dot(lu.solve(r));
+    degrees += static_cast<double>(r.size());
+  }
+  // These poses do not minimize Σ rᵀW⁻¹r, so it is not less than its degrees of freedom, and may be a good deal more.
+  if (degrees < kFewest || (chi2 < kOff * degrees && chi2 * kOff > degrees)) return "";
+  if (chi2_of_inverse < 0.5 * degrees || chi2_of_inverse > kMost * degrees) return "";
+  std::ostringstream text;
+  text.precision(3);
+  text << "the residuals have rᵀWr of " << chi2 / degrees
+       << " for each degree of freedom, where 1 is expected, and rᵀW⁻¹r of " << chi2_of_inverse / degrees
+       << ": are the last numbers of the edges covariances? the format has their inverse, information\n";
+  return text.str();
+}
+
+}  // namespace ch5
