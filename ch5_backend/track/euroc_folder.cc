@@ -95,34 +95,78 @@ Transform ReadImu(const fs::path& mav0, std::vector<LeftOut>* left_out, EurocFol
   return yaml.Has("T_BS") ? yaml.T_B_S() : Transform{};
 }
 
+// EuRoC's and Kalibr's name of the coefficients, or OpenCV's and ROS's.
+std::string CoefficientsKey(const SensorYaml& yaml) {
+  const std::string key = yaml.Name("distortion_coefficients", "distortion_coeffs");
+  return yaml.Name(key, "distortion_coefficients.data");
+}
+
+// Kalibr's double sphere has its two numbers before the intrinsics; other cameras' lenses have a model of their own.
 Lens ReadLens(const SensorYaml& yaml) {
-  if (const std::string word = yaml.Word("camera_model"); word != "pinhole") {
-    yaml.Fail("camera_model", "must be pinhole, got " + TextReader::Quote(word));
-  }
-  const std::string model = yaml.Word("distortion_model");
   Lens lens;
+  const bool is_opencvs = yaml.Has("camera_matrix.data");
+  const std::string camera = is_opencvs && !yaml.Has("camera_model") ? "pinhole" : yaml.Word("camera_model");
+  if (camera == "ds") {
+    const std::vector<double> numbers = yaml.Numbers("intrinsics", 6);
+    lens.model = Lens::Model::kDoubleSphere;
+    lens.k << numbers[0], numbers[1], 0.0, 0.0;
+    if (!(lens.k[0] > -1.0 && lens.k[0] < 1.0 && lens.k[1] >= 0.0 && lens.k[1] <= 1.0))
+      yaml.Fail("intrinsics", "ξ must lie in (−1, 1) and α in [0, 1], got " + yaml.Word("intrinsics"));
+    return lens;
+  }
+  if (camera != "pinhole") yaml.Fail("camera_model", "must be pinhole or ds, got " + TextReader::Quote(camera));
+  const std::string model = is_opencvs && !yaml.Has("distortion_model") ? "plumb_bob" : yaml.Word("distortion_model");
   if (model == "none") return lens;
+  if (model == "fov") {
+    const double width = yaml.Numbers(CoefficientsKey(yaml), 1)[0];
+    if (!(width > 0.0 && width < M_PI))
+      yaml.Fail(CoefficientsKey(yaml), "ω must lie in (0, π) rad, got " + std::to_string(width));
+    lens.model = Lens::Model::kFieldOfView;
+    lens.k << width, 0.0, 0.0, 0.0;
+    return lens;
+  }
   if (model == "equidistant") {
     lens.model = Lens::Model::kEquidistant;
   } else if (model != "radial-tangential" && model != "radtan" && model != "plumb_bob") {
-    yaml.Fail("distortion_model", "must be radial-tangential, equidistant or none, got " + TextReader::Quote(model));
+    yaml.Fail("distortion_model",
+              "must be radial-tangential, equidistant, fov or none, got " + TextReader::Quote(model));
   }
   const size_t most = lens.model == Lens::Model::kRadialTangential ? 5 : 4;
-  const std::vector<double> k = yaml.Numbers(yaml.Name("distortion_coefficients", "distortion_coeffs"), 4, most);
+  const std::vector<double> k = yaml.Numbers(CoefficientsKey(yaml), 4, most);
   lens.k = Eigen::Map<const Eigen::Vector4d>(k.data());
   if (k.size() == 5) lens.k3 = k[4];
   return lens;
 }
 
-Camera ReadIntrinsics(const SensorYaml& yaml, const Transform& T_B_I) {
+// fx, fy, cx, cy, where the lens leaves what is near the axis as it is.
+std::vector<double> ReadFocus(const SensorYaml& yaml, const Lens& lens) {
+  if (yaml.Has("camera_matrix.data")) {
+    const std::vector<double> K = yaml.Numbers("camera_matrix.data", 9);
+    return {K[0], K[4], K[2], K[5]};
+  }
+  const bool is_double_sphere = lens.model == Lens::Model::kDoubleSphere;
+  std::vector<double> f = yaml.Numbers("intrinsics", is_double_sphere ? 6 : 4);
+  if (is_double_sphere) f.erase(f.begin(), f.begin() + 2);
+  const double near_axis = is_double_sphere                          ? 1.0 / (1.0 + lens.k[0])
+                           : lens.model == Lens::Model::kFieldOfView ? 2.0 * std::tan(lens.k[0] / 2.0) / lens.k[0]
+                                                                     : 1.0;
+  f[0] *= near_axis, f[1] *= near_axis;
+  return f;
+}
+
+Camera ReadIntrinsics(const SensorYaml& yaml, const Lens& lens, const Transform& T_B_I) {
   Camera c;
   c.T_B_C = Inverse(T_B_I) * yaml.T_B_S();
-  const std::vector<double> f = yaml.Numbers("intrinsics", 4), size = yaml.Numbers("resolution", 2);
+  const std::vector<double> f = ReadFocus(yaml, lens);
+  const bool has_size = !yaml.Has("image_width");  // in one key, else in OpenCV's two
+  const std::vector<double> size = has_size ? yaml.Numbers("resolution", 2)
+                                            : std::vector{yaml.Positive("image_width"), yaml.Positive("image_height")};
   if (!(size[0] >= 1.0 && size[1] >= 1.0 && size[0] < 1e5 && size[1] < 1e5))
-    yaml.Fail("resolution", "must be in pixels");
+    yaml.Fail(has_size ? "resolution" : "image_width", "must be in pixels");
   c.fx = f[0], c.fy = f[1], c.cx = f[2], c.cy = f[3];
   c.width = static_cast<int>(size[0]), c.height = static_cast<int>(size[1]);
-  if (const std::string why = WhyNotInPixels(c); !why.empty()) yaml.Fail("intrinsics", why);
+  if (const std::string why = WhyNotInPixels(c); !why.empty())
+    yaml.Fail(yaml.Name("intrinsics", "camera_matrix.data"), why);
   return c;
 }
 
@@ -133,7 +177,7 @@ void CheckLens(const SensorYaml& yaml, const Lens& lens, const Camera& c) {
   for (const Vec2& part : {Vec2(0.25, 0), Vec2(-0.25, 0), Vec2(0, 0.25), Vec2(0, -0.25)}) {
     const Vec2 pixel(c.cx + part.x() * c.width, c.cy + part.y() * c.height), x_d = c.Normalized(pixel);
     if (const auto x = lens.Undistort(x_d); x && x->norm() > kLeast * x_d.norm()) continue;
-    yaml.Fail(yaml.Name("distortion_coefficients", "distortion_coeffs"),
+    yaml.Fail(lens.model == Lens::Model::kDoubleSphere ? "intrinsics" : CoefficientsKey(yaml),
               "no lens bends the ray of pixel (" + std::to_string(std::lround(pixel.x())) + ", " +
                   std::to_string(std::lround(pixel.y())) + ") so much; are the model and their order right?");
   }
@@ -170,7 +214,7 @@ void ReadCamera(const fs::path& mav0, const Transform& T_B_I, std::vector<LeftOu
   const fs::path folder = mav0 / "cam0";
   Calibration& c = result->recording.calibration;
   result->lens = ReadLens(yaml);
-  static_cast<Camera&>(c) = ReadIntrinsics(yaml, T_B_I);
+  static_cast<Camera&>(c) = ReadIntrinsics(yaml, result->lens, T_B_I);
   CheckLens(yaml, result->lens, c);
   const double shift = ClockShift(yaml);
 
@@ -206,7 +250,7 @@ void ReadSecondCamera(const fs::path& mav0, const Transform& T_B_I, std::vector<
   const SensorYaml yaml = ReadSensor(mav0, "cam1");
   const fs::path folder = mav0 / "cam1";
   result->lens1 = ReadLens(yaml);
-  const Camera camera = ReadIntrinsics(yaml, T_B_I), &first = result->recording.calibration;
+  const Camera camera = ReadIntrinsics(yaml, result->lens1, T_B_I), &first = result->recording.calibration;
   CheckLens(yaml, result->lens1, camera);
   if (camera.width != first.width || camera.height != first.height) {
     result->notes.push_back("cam1 is not used: its images are of another size than cam0's");

@@ -49,16 +49,43 @@ std::optional<Vec2> UndistortEquidistant(const Eigen::Vector4d& k, const Vec2& x
   return std::nullopt;
 }
 
+// Usenko 2018, eqs. 46 to 52, with n = ‖x_d / (1 + ξ)‖².
+std::optional<Vec2> UndistortDoubleSphere(double xi, double alpha, const Vec2& x_d) {
+  const Vec2 m = x_d / (1.0 + xi);
+  const double n = m.squaredNorm(), inside = 1.0 - (2.0 * alpha - 1.0) * n;
+  if (inside < 0.0) return std::nullopt;
+  const double m_z = (1.0 - alpha * alpha * n) / (alpha * std::sqrt(inside) + 1.0 - alpha);
+  const double under_root = m_z * m_z + (1.0 - xi * xi) * n;
+  if (under_root < 0.0) return std::nullopt;
+  const double factor = (m_z * xi + std::sqrt(under_root)) / (m_z * m_z + n);
+  const double z = factor * m_z - xi;  // of a ray of length 1
+  return z < std::cos(kLargestAngle) ? std::nullopt : std::optional<Vec2>(factor / z * m);
+}
+
+double DoubleSphere(double xi, double alpha, double n) {
+  const double d1 = std::sqrt(n + 1.0), z = xi * d1 + 1.0;
+  return (1.0 + xi) / (alpha * std::sqrt(n + z * z) + (1.0 - alpha) * z);
+}
+
 }  // namespace
 
 Vec2 Lens::Distort(const Vec2& x) const {
   if (model == Model::kRadialTangential) return Bend(k, k3, x).first;
-  const double r = x.norm();
-  return r == 0.0 ? x : Vec2(BendAngle(k, std::atan(r)).first / r * x);
+  if (model == Model::kDoubleSphere) return DoubleSphere(k[0], k[1], x.squaredNorm()) * x;
+  const double r = x.norm(), slope = 2.0 * std::tan(k[0] / 2.0);  // slope of the field of view alone
+  if (r == 0.0) return x;
+  return (model == Model::kFieldOfView ? std::atan(slope * r) / slope : BendAngle(k, std::atan(r)).first) / r * x;
 }
 
 std::optional<Vec2> Lens::Undistort(const Vec2& x_d) const {
   if (model == Model::kEquidistant) return UndistortEquidistant(k, x_d);
+  if (model == Model::kDoubleSphere) return UndistortDoubleSphere(k[0], k[1], x_d);
+  if (model == Model::kFieldOfView) {
+    const double r_d = x_d.norm(), slope = 2.0 * std::tan(k[0] / 2.0), angle = slope * r_d;
+    const double r = angle < M_PI_2 ? std::tan(angle) / slope : HUGE_VAL;
+    if (std::atan(r) > kLargestAngle) return std::nullopt;
+    return r_d == 0.0 ? x_d : Vec2(r / r_d * x_d);
+  }
   Vec2 x = x_d;
   for (int step = 0; step < kSteps; ++step) {
     const auto [bent, J] = Bend(k, k3, x);

@@ -7,7 +7,7 @@
 #include <opencv2/core/utility.hpp>
 
 #include "ch5_backend/files/text_reader.h"
-#include "ch5_backend/track/png_image.h"
+#include "ch5_backend/track/image_file.h"
 #include "ch5_backend/track/stereo_match.h"
 #include "ch5_backend/types/inertial/preintegration.h"
 
@@ -24,7 +24,7 @@ Qd RotationBetween(const Recording& recording, double t0, double t1) {
 }
 
 cv::Mat ReadImage(const std::filesystem::path& path, const Camera& camera) {
-  const cv::Mat gray = ReadPng(path);
+  const cv::Mat gray = ReadGray(path);
   if (gray.cols == camera.width && gray.rows == camera.height) return gray;
   const auto size = [](int width, int height) { return std::to_string(width) + " × " + std::to_string(height); };
   throw FileError(path.string() + ": an image of " + size(gray.cols, gray.rows) + " pixels, but its calibration says " +

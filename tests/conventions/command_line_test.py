@@ -195,9 +195,9 @@ class CommandLine(FolderTest):
         self.refuses("run", imu, naming=[imu, f"it is of the recording {imu.parent.resolve()}, give that"])
 
     def test_a_bag_is_named_as_what_it_is(self):
-        for head in (b"#ROSBAG V2.0\n", b"SQLite format 3\0", b"\x89MCAP0\r\n"):
+        for head in (b"SQLite format 3\0", b"\x89MCAP0\r\n"):
             bag = self.path("room.bag", head)
-            self.refuses("run", bag, naming=[bag, "ROS bags are not read; ch5_backend/GUIDE.md says"])
+            self.refuses("run", bag, naming=[bag, "bags of ROS 2 are not read"])
 
     def test_results_that_would_overwrite_an_input_are_refused(self):
         folder = self.folder / "out" / "street"

@@ -22,12 +22,18 @@ TEST(Lens, BendsAsWorkedByHand) {
   lens.k << 0.1, 0, 0, 0;
   const double angle = M_PI / 4;
   EXPECT_LT((lens.Distort({0, 1}) - Vec2(0, angle * (1 + 0.1 * angle * angle))).norm(), 1e-12);
+  lens.model = Lens::Model::kDoubleSphere;
+  lens.k << 0.8, 0.5, 0, 0;  // n = 24: d1 = 5, 0.8 d1 + 1 = 5, d2 = 7: 1.8 / (3.5 + 2.5)
+  EXPECT_LT((lens.Distort({0, std::sqrt(24.0)}) - Vec2(0, 0.3 * std::sqrt(24.0))).norm(), 1e-12);
+  lens.model = Lens::Model::kFieldOfView;
+  lens.k << M_PI_2, 0, 0, 0;  // 2 tan 45° = 2: atan(2 · 0.5) / 2
+  EXPECT_LT((lens.Distort({0, 0.5}) - Vec2(0, M_PI / 8)).norm(), 1e-12);
 }
 
 TEST(Lens, UndistortIsTheInverseInTheWholeImage) {
   RenderOptions five = EurocLens();
   five.lens.k3 = -0.02;
-  for (const RenderOptions& options : {EurocLens(), five, WideLens()}) {
+  for (const RenderOptions& options : {EurocLens(), five, WideLens(), DoubleSphereLens(), FieldOfViewLens()}) {
     const Calibration& c = options.calibration;
     int described = 0, all = 0;
     for (int v = 0; v < c.height; v += 16) {
@@ -167,9 +173,11 @@ TEST_F(RenderedFlight, ASecondCameraSeesTheSamePointsAndStartsAtRest) {
 }
 
 TEST_F(RenderedFlight, AWideLensIsTrackedAsWell) {
-  const RenderOptions options = WideLens();
-  const Recording recording = Follow(options, 3.0).recording;
-  EXPECT_LT(MedianError(recording, options.calibration.T_B_C), 0.5);
+  for (const RenderOptions& options : {WideLens(), DoubleSphereLens(), FieldOfViewLens()}) {
+    const Recording recording = Follow(options, 3.0).recording;
+    EXPECT_LT(MedianError(recording, options.calibration.T_B_C), 0.5);
+    EXPECT_NEAR(recording.calibration.fx, options.calibration.fx, 1e-6);
+  }
 }
 
 }  // namespace

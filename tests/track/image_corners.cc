@@ -10,7 +10,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "ch5_backend/files/tables/csv.h"
-#include "ch5_backend/track/png_image.h"
+#include "ch5_backend/track/image_file.h"
 #include "ch5_backend/track/tracker.h"
 
 namespace {
@@ -31,7 +31,7 @@ ch5::Mat22 StructureTensor(const cv::Mat& derivative, const cv::Point& at) {
 }
 
 void WriteCorners(const std::string& image, const std::string& out) {
-  const cv::Mat gray = ch5::ReadPng(image);
+  const cv::Mat gray = ch5::ReadGray(image);
   ch5::Tracker tracker({}, {});
   tracker.Track(gray, ch5::Qd::Identity());
   const cv::Mat& derivative = tracker.Pyramid()[1];

@@ -30,4 +30,18 @@ inline RenderOptions WideLens() {
   return options;
 }
 
+inline RenderOptions DoubleSphereLens() {
+  RenderOptions options = WideLens();
+  options.lens.model = Lens::Model::kDoubleSphere;
+  options.lens.k << -0.25, 0.57, 0, 0;
+  return options;
+}
+
+inline RenderOptions FieldOfViewLens() {
+  RenderOptions options = WideLens();
+  options.lens.model = Lens::Model::kFieldOfView;
+  options.lens.k << 0.92, 0, 0, 0;
+  return options;
+}
+
 }  // namespace ch5

@@ -81,12 +81,21 @@ std::string CameraYaml(const Camera& c, double rate, const Lens& lens) {
   const Vec3& p = c.T_B_C.p;
   std::string T;
   for (int i = 0; i < 3; ++i) T += List({R(i, 0), R(i, 1), R(i, 2), p[i]}) + ",\n         ";
+  const bool is_sphere = lens.model == Lens::Model::kDoubleSphere, is_view = lens.model == Lens::Model::kFieldOfView;
   const bool is_wide = lens.model == Lens::Model::kEquidistant;
+  // Kalibr's files have the published focal lengths; see lens.h.
+  const double scale = is_sphere ? 1.0 + lens.k[0] : is_view ? lens.k[0] / (2.0 * std::tan(lens.k[0] / 2.0)) : 1.0;
+  const std::string before = is_sphere ? List({lens.k[0], lens.k[1]}) + "," : "";
+  const std::string coefficients = is_view ? List({lens.k[0]}) : List({lens.k[0], lens.k[1], lens.k[2], lens.k[3]});
   return "%YAML:1.0\nsensor_type: camera\nT_BS:\n  cols: 4\n  rows: 4\n  data: [" + T +
          "0.0, 0.0, 0.0, 1.0]\nrate_hz: " + List({rate}) + "\nresolution: [" + List({1.0 * c.width, 1.0 * c.height}) +
-         "]\ncamera_model: pinhole\nintrinsics: [" + List({c.fx, c.fy, c.cx, c.cy}) +
-         "] # fu, fv, cu, cv\ndistortion_model: " + (is_wide ? "equidistant" : "radial-tangential") +
-         "\ndistortion_coefficients: [" + List({lens.k[0], lens.k[1], lens.k[2], lens.k[3]}) + "]\n";
+         "]\ncamera_model: " + (is_sphere ? "ds" : "pinhole") + "\nintrinsics: [" + before +
+         List({scale * c.fx, scale * c.fy, c.cx, c.cy}) + "] # fu, fv, cu, cv\ndistortion_model: " +
+         (is_wide     ? "equidistant"
+          : is_view   ? "fov"
+          : is_sphere ? "none"
+                      : "radial-tangential") +
+         "\ndistortion_coefficients: [" + coefficients + "]\n";
 }
 
 std::string ImuYaml(const Calibration& c) {

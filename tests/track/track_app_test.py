@@ -117,10 +117,10 @@ BROKEN = {
     "three intrinsics": (replace(SENSOR, r"^intrinsics.*", "intrinsics: [460, 460, 376]"),
                          r"FOLDER/cam0/sensor\.yaml:13: intrinsics: must be 4 numbers, got 3"),
     "an unknown lens": (
-        replace(SENSOR, "radial-tangential", "fov"),
-        r"FOLDER/cam0/sensor\.yaml:14: distortion_model: must be radial-tangential, equidistant or none, got \"fov\""),
+        replace(SENSOR, "radial-tangential", "mei"),
+        r"FOLDER/cam0/sensor\.yaml:14: distortion_model: must be radial-tangential, equidistant, fov or none, got \"mei\""),
     "an unknown camera": (replace(SENSOR, "pinhole", "omni"),
-                          r"FOLDER/cam0/sensor\.yaml:12: camera_model: must be pinhole, got \"omni\""),
+                          r"FOLDER/cam0/sensor\.yaml:12: camera_model: must be pinhole or ds, got \"omni\""),
     "a principal point of parts of the image": (
         replace(SENSOR, r"^intrinsics.*", "intrinsics: [460, 460, 0.5, 0.5]"), r"FOLDER/cam0/sensor\.yaml:13: intrinsics: the "
         r"principal point \(0\.5, 0\.5\) px lies outside or at the edge of an image of 752 × 480 pixels"),
@@ -132,8 +132,8 @@ BROKEN = {
     "a truth without a pose": (
         edit(TRUTH, lambda text: text.split("\n")[0] + "\n"), r"FOLDER/state_groundtruth_estimate0/data\.csv:2: at least one pose is "
         r"needed; where the truth is not known, remove the file"),
-    "an image of another kind": (lambda mav0: image(mav0, 3).write_bytes(b"\xff\xd8\xff\xe0\0\x10JFIF\0" + bytes(99)),
-                                 r"FOLDER/cam0/data/STAMP\.png: this is no PNG image; convert all of them, .+"),
+    "an image of another kind": (lambda mav0: image(mav0, 3).write_bytes(b"GIF89a and more" + bytes(99)),
+                                 r"FOLDER/cam0/data/STAMP\.png: this is no PNG, JPEG or binary PGM image; convert all of them, .+"),
     "images of another size": (
         other_size, r"FOLDER/cam0/data/STAMP\.png: an image of 752 × 480 pixels, but its calibration says 640 × 480"),
 }
@@ -203,7 +203,7 @@ class TrackApp(AppTest):
     @classmethod
     def setUpClass(cls):
         if not (BUILD / "bin" / "ch5_track").exists():
-            raise unittest.SkipTest("without ch5_track, which needs OpenCV: libopencv-video-dev and libpng-dev")
+            raise unittest.SkipTest("without ch5_track, which needs OpenCV: libopencv-video-dev, libpng-dev and libjpeg-dev")
         folder = tempfile.TemporaryDirectory()
         cls.addClassCleanup(folder.cleanup)
         cls.flight, pair = Path(folder.name, "flight"), Path(folder.name, "pair")
@@ -277,7 +277,7 @@ class TrackApp(AppTest):
         self.assertEqual(max(stamps[0]) - max(stamps[1]), 12_500_000)
 
         for change, sentence in ((text.replace("intrinsics", "focal"), r"dso/camchain\.yaml: cam0: intrinsics is missing"),
-                                 (text.replace("radtan", "fov"), r"dso/camchain\.yaml:\d+: distortion_model: must be .* got \"fov\""),
+                                 (text.replace("radtan", "mei"), r"dso/camchain\.yaml:\d+: distortion_model: must be .* got \"mei\""),
                                  (text.replace("T_cam_imu", "T_cam"), r"dso/camchain\.yaml: cam0: T_cam_imu is missing")):
             chain.write_text(change)
             done = self.program(place, "--out", self.folder / "none")
@@ -318,7 +318,7 @@ class TrackApp(AppTest):
         for name, change, sentence in (
                 ("table", lambda mav0: (mav0 / "cam1" / "data.csv").unlink(), r"FOLDER/cam1/data\.csv: cannot be read: .+"),
                 ("model", replace("cam1/sensor.yaml", "pinhole", "omni"), r"FOLDER/cam1/sensor\.yaml:12: camera_model: must be "
-                 r"pinhole, got \"omni\""),
+                 r"pinhole or ds, got \"omni\""),
                 ("lens", replace("cam1/sensor.yaml", r"(distortion_coefficients: \[)[^,]*", r"\1-28"),
                  r"FOLDER/cam1/sensor\.yaml:\d+: distortion_coefficients: no lens .+")):
             with self.subTest(name):
@@ -420,5 +420,5 @@ class TrackApp(AppTest):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertTrue((self.out / "copy" / "tracks.csv").exists())
         refused = run(ROOT / "course", "track", self.out, "--out", self.out)
-        self.assertIn("neither this folder nor its mav0 holds cam0", refused.stderr)
+        self.assertIn("neither this folder nor its mav0 holds cam0, nor is it", refused.stderr)
         self.assertEqual(refused.returncode, 2)

@@ -66,9 +66,9 @@ def was_moved(cached: dict) -> bool:
 
 
 def _lacks_a_part(cached: dict) -> bool:
-    """Whether GoogleTest, OpenCV or libpng has been installed since CMake did not find it."""
+    """Whether GoogleTest, OpenCV, libpng or libjpeg has been installed since CMake did not find it."""
     headers = {"GTest_DIR": "gtest/gtest.h", "CH5_OPENCV_INCLUDE": "opencv4/opencv2/video/tracking.hpp",
-               "CH5_PNG_INCLUDE": "png.h"}
+               "CH5_PNG_INCLUDE": "png.h", "CH5_JPEG_INCLUDE": "jpeglib.h"}
     return any(cached.get(entry, "").endswith("-NOTFOUND") and Path("/usr/include", header).exists()
                for entry, header in headers.items())
 

@@ -3,9 +3,11 @@
 from pathlib import Path
 
 from ..base.errors import CourseError
+from .layouts import is_euroc, is_foreign
 
 KNOWN = ("a BAL file begins with its counts of cameras, points and observations, a pose graph (.g2o) with a tag such as "
-         "VERTEX_SE3:QUAT, a window with VIOWIN 1, and a recording is a folder with imu.csv, or EuRoC's mav0")
+         "VERTEX_SE3:QUAT, a window with VIOWIN 1, and a recording is a folder with imu.csv, EuRoC's mav0, KITTI's drive, "
+         "images or a video with tables of an IMU, or a bag of ROS")
 
 
 def kind_of(path: str) -> str:
@@ -14,6 +16,8 @@ def kind_of(path: str) -> str:
     Raises CourseError, naming the file and what is wrong: missing, a folder, empty, binary, or of another kind.
     """
     place = Path(path)
+    if is_foreign(path):
+        return "recording"
     if place.is_dir():
         if _is_recording(place):
             return "recording"
@@ -33,12 +37,12 @@ def kind_of(path: str) -> str:
 
 
 def _is_recording(place: Path) -> bool:
-    return (place / "imu.csv").exists() or has_images(str(place))
+    return (place / "imu.csv").exists() or is_euroc(str(place))
 
 
 def has_images(path: str) -> bool:
-    """Whether it is EuRoC's mav0, or the folder that holds it: a recording whose images are still to be tracked."""
-    return not Path(path, "imu.csv").exists() and (Path(path, "cam0").is_dir() or Path(path, "mav0", "cam0").is_dir())
+    """Whether it is a recording whose images are still to be tracked, in EuRoC's layout or another one that is known."""
+    return not Path(path, "imu.csv").exists() and (is_euroc(path) or is_foreign(path))
 
 
 def _kind_of_head(path: str, head: bytes) -> str:
@@ -47,8 +51,9 @@ def _kind_of_head(path: str, head: bytes) -> str:
         raise CourseError(f"{path}, line 1: the file is empty; {KNOWN}")
     if head.startswith((b"BZh", b"\x1f\x8b", b"\xfd7zXZ", b"PK\x03\x04")):
         raise CourseError(f"{path}: a compressed file; unpack it first")
-    if head.startswith((b"#ROSBAG", b"SQLite format 3", b"\x89MCAP")):
-        raise CourseError(f"{path}: ROS bags are not read; ch5_backend/GUIDE.md says what to write out of it")
+    if head.startswith((b"SQLite format 3", b"\x89MCAP")):
+        raise CourseError(f"{path}: bags of ROS 2 are not read; `rosbags-convert --src FOLDER --dst {Path(path).stem}.bag` of Python's rosbags makes one of "
+                          "ROS 1 of it, which is")
     if any(byte < 32 and byte not in b"\t\n\r\f\v" for byte in head):
         raise CourseError(f"{path}, line 1: a binary file; {KNOWN}")
     lines = [(i, text) for i, text in enumerate(head.splitlines(), 1) if text.strip()]

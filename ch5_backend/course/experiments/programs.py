@@ -10,6 +10,7 @@ from ..base import language
 from ..base.cmake_build import BIN
 from ..base.errors import CourseError
 from ..base.processes import running
+from .layouts.convert import as_euroc
 
 TRACKER = "ch5_track"
 
@@ -44,8 +45,8 @@ def check_exit(command: list, code: int, message: str) -> None:
 
 
 def tracking(folder: str, out: Path, arguments) -> list:
-    """Makes a recording, `out`, of a folder in EuRoC's layout."""
-    return [BIN / TRACKER, folder, "--out", out, *(f"--{name}" for name in ("mono", "strict") if getattr(arguments, name, False))]
+    """Makes a recording, `out`, of a folder of images, which is first written in EuRoC's layout into out/mav0 if it is in another."""
+    return [BIN / TRACKER, as_euroc(folder, out), "--out", out, *(f"--{name}" for name in ("mono", "strict") if getattr(arguments, name, False))]
 
 
 def figures(kind: str, *words) -> list:

@@ -106,9 +106,9 @@ def solve(path: str, kind: str, out: Path, arguments, more=()) -> dict:
     """
     options = [word for option in given_options(arguments).items() for word in option if word is not True and word != "--table"]
     tracked, file = out / "recording", f"./{path}" if path.startswith("-") else path  # a name is not an option
-    track = [tracking(file, tracked, arguments)] if has_images(path) else []
     try:
         with locked_dir(out):
+            track = [tracking(file, tracked, arguments)] if has_images(path) else []
             run_programs([*track, [BIN / f"ch5_{kind}", tracked if track else file, "--out", out, *options, *more], figures(kind, out)], arguments.json)
             result = read_result(kind, out, arguments.language)
     except CourseError as error:

@@ -17,7 +17,8 @@ def refuse(arguments) -> None:
         raise CourseError("which FOLDER? see ./course track --help")
     for path in arguments.data:
         if not has_images(path):
-            raise CourseError(f"{path}: neither this folder nor its mav0 holds cam0")
+            raise CourseError(f"{path}: neither this folder nor its mav0 holds cam0, nor is it KITTI's drive, a folder of images, a video, "
+                              "or a bag of ROS")
 
 
 def track(arguments) -> int:
