@@ -92,7 +92,8 @@ std::string HintAtHuber(const Graph& graph, const FileSolveOptions& options) {
     const bool is_far = r > kFar * median;
     all += r * r, of_far += is_far ? r * r : 0.0, far += is_far;
   }
-  if (median == 0.0 || !(of_far > kMost * all) || far > kFew * static_cast<double>(residuals.size())) return "";
+  constexpr double kRounding = 1e-9;  // pixels or standard deviations, of which no measurement has so many digits
+  if (median < kRounding || !(of_far > kMost * all) || far > kFew * static_cast<double>(residuals.size())) return "";
   std::ostringstream hint;
   hint << std::setprecision(2) << far << " of " << residuals.size() << " residuals are more than " << kFar
        << " times the median, " << median << ", and hold " << std::lround(100.0 * of_far / all)
