@@ -1,10 +1,10 @@
-"""Figures of the homework's pages; they need no tables. slides/build.py --overview writes them beside the guide's picture."""
+"""Figures of the homework's pages, from no tables, and the README's race. slides/build.py --overview writes them beside the guide's picture."""
 
 import numpy as np
 
 from ch5_backend.figures.slide import CROSS, FAINT, LANDMARK, MUTED, POSE, PRIOR, Figures, mix
 
-FIGURES = Figures({})
+FIGURES = Figures({"bal/49-7776": "49 cameras (BAL)", "window/real_euroc_sub2": "IMU window (EuRoC)", "pose_graph/intel": "pose graph (Intel)"})
 
 
 def blocks(slide, x, y, sizes, cells, names):
@@ -92,3 +92,20 @@ def open_tasks(slide, tables, say):
              "beacon": (60, 60, PRIOR)}
     graph(slide, say, nodes, (("world", "body", "p"), ("body", "camera", "p_{BC}"), ("body", "antenna", "a"), ("landmark", "camera", "p_C"),
                               ("beacon", "antenna", r"\mathtt{range}")), 42)
+
+
+@FIGURES.figure(1180, 330, "Cost over time, ours and Ceres at its best")
+def race(slide, tables, say):
+    """How far each side is above the least cost that either has found."""
+    rows = tables("speed_traces")
+    for k, problem in enumerate(dict.fromkeys(rows["problem"])):
+        here = rows.where(problem=problem)
+        axes = slide.axes((110 + 365 * k, 75, 300, 190), y=(3e-6, 3e1), title=say(problem), below=say("time [ms]"), log="y")
+        for side, color in (("ours", POSE), ("Ceres", PRIOR)):
+            run = here.where(side=side)
+            axes.plot(1e3 * run["seconds"], np.maximum(run["cost"] / here["cost"].min() - 1, 1e-9), "o-", color=color, markersize=5, label=say(side))
+        axes.set_xlim(0, None)
+        axes.set_yticks([1e-5, 1e-3, 1e-1, 1e1], ["" if k else words for words in ("0.001 %", "0.1 %", "10 %", "1000 %")])
+        if k == 0:
+            axes.set_ylabel(say("above the least cost"))
+            slide.legend(axes, 110, 5, columns=2)

@@ -27,6 +27,7 @@ MEASURED = ROOT / "slides" / "measured"
 MACHINE = ("processor", "date", "rounds", "load")  # of a kept table
 KEPT = ("problem", "setting", "threads", "ours_ms", "peer", "peer_way", "peer_ms", "ratio", "ours_cost", "peer_cost", "ours_peak_mb",
         "peer_peak_mb")
+SHOWN = ("bal/49-7776", "window/real_euroc_sub2", "pose_graph/intel")  # by the README, cost over time: real data of three kinds
 REDUCED = ("sparse", "implicit-pcg", "power-series")  # solvers for the cameras' system of the largest problem
 
 
@@ -67,10 +68,19 @@ def machine(best):
             best[key] = max(best.get(key, "0"), value, key=float)
 
 
+def keep_traces(folder, about, out):
+    """The way down of both sides, for the README, if all that it shows were measured."""
+    rows = [row for row in csv_rows(Path(folder) / "traces.csv") if row["problem"] in SHOWN and row["threads"] == "1"]
+    if {row["problem"] for row in rows} == set(SHOWN):
+        head = ("problem", "threads", "side", "seconds", "cost")
+        write(out, "speed_traces", (*MACHINE, *head), [[about.get(key) or row[key] for key in (*MACHINE, *head)] for row in rows])
+
+
 def keep_peers(folder, out):
     """The table of ./course bench, before what is kept of other problems and processors. Of a machine that does much else the
     rows with two threads are left out: they are measured by the clock."""
     about = csv_rows(Path(folder) / "about.csv")[0]
+    keep_traces(folder, about, out)
     busy = float(about["load"]) > 2.0 * int(about["cores"])
     rows = [{**{key: about[key] for key in MACHINE}, **row} for row in csv_rows(Path(folder) / "rows.csv")
             if not (busy and int(row["threads"]) > 1)]
