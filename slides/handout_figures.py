@@ -1,9 +1,13 @@
 """Figures of the homework's pages, from no tables, and the README's race. slides/build.py --overview writes them beside the guide's picture."""
 
+from pathlib import Path
+
 import numpy as np
 
 from ch5_backend.figures.slide import CROSS, FAINT, LANDMARK, MUTED, POSE, PRIOR, Figures, mix
+from ch5_backend.figures.tables import Tables
 
+MEASURED = Tables(Path(__file__).with_name("measured"))
 FIGURES = Figures({"bal/49-7776": "49 cameras (BAL)", "window/real_euroc_sub2": "IMU window (EuRoC)", "pose_graph/intel": "pose graph (Intel)"})
 
 
@@ -97,7 +101,7 @@ def open_tasks(slide, tables, say):
 @FIGURES.figure(1180, 330, "Cost over time, ours and Ceres at its best")
 def race(slide, tables, say):
     """How far each side is above the least cost that either has found."""
-    rows = tables("speed_traces")
+    rows = MEASURED("speed_traces")
     for k, problem in enumerate(dict.fromkeys(rows["problem"])):
         here = rows.where(problem=problem)
         axes = slide.axes((110 + 365 * k, 75, 300, 190), y=(3e-6, 3e1), title=say(problem), below=say("time [ms]"), log="y")

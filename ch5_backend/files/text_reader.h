@@ -59,6 +59,7 @@ void ReadEach(const std::string& file, std::vector<LeftOut>* left_out, const Rea
 /// wrong itself, not all those after it. Of two that are as long, the one whose missing stamps come later.
 std::vector<bool> OutOfOrder(const std::vector<double>& stamps);
 
+/// A stamp, in any unit, and the line that it is from.
 struct LineStamp {
   int line;
   double stamp;

@@ -17,9 +17,10 @@
 
 #include "ch5_backend/math/dual.h"
 
+/// What a compiled formula exports: its sizes and the function that evaluates it.
 extern "C" struct Ch5Formula {
   int rows, numbers, vertices;
-  const int* parameters;  // of each vertex
+  const int* parameters;  ///< of each vertex
   /// J may be null, else each ∂r/∂x_i is column-major.
   void (*evaluate)(const double* const* x, const double* numbers, double* r, double* const* J);
 };

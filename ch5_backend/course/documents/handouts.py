@@ -66,7 +66,7 @@ class Links:
         if place not in self.there:
             return ""
         found = posixpath.relpath(place, posixpath.dirname(self.places[source]) or ".")
-        return found + (f"#{fragment}" if fragment else "")
+        return found + (f"#{fragment}" if fragment and place != "index.html" else "")  # the front page has not the README's sections
 
 
 def write_pages(site, links: Links) -> None:
