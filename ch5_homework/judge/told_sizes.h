@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <initializer_list>
 
+#ifndef NDEBUG
 namespace ch5::homework {
 
 struct Unknown {
@@ -35,11 +36,12 @@ Told SizeOf(const Other&, long) {
 
 }  // namespace ch5::homework
 
-namespace Eigen {  // NOLINTNEXTLINE(readability-identifier-naming): Eigen's names
+// NOLINTBEGIN(readability-identifier-naming): Eigen's names
+namespace Eigen {
 constexpr ch5::homework::Unknown startRow, startCol, blockRows, blockCols, xpr, aLhs, aRhs, dst, src;
 }
+// NOLINTEND(readability-identifier-naming)
 
-#ifndef NDEBUG
 #define CH5_SIZE(matrix) ch5::homework::SizeOf(matrix, 0)
 #define eigen_assert(x)                                                       \
   ((x) ? void()                                                               \
