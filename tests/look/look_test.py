@@ -54,7 +54,7 @@ class Look(unittest.TestCase):
                 seen[name] = views.packed(views.cells_of(picture), picture.size)
                 cells = views.changed(kept[name], picture) if name in kept else [(0, 0)]
                 if cells:
-                    different.append((name, kept.get(name), picture, cells))
+                    different.append((name, kept.get(name), seen[name][2:4], cells))
                 picture.save(LOOKED / views.file_of(name), quality=80)
         (LOOKED / "seen.json").write_text(json.dumps(seen), encoding="utf-8")
         views.write_page(LOOKED, different)

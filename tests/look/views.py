@@ -121,14 +121,13 @@ def accept(seen, words):
 
 
 def write_page(folder, found):
-    """FOLDER/index.html: of each view (name, kept, picture, cells) what was accepted, what is, and where they differ."""
+    """FOLDER/index.html: of each view (name, kept, rows and columns, cells) what was accepted, what is, and where they differ."""
     def gray(cells):
         packed_image = io.BytesIO()
         Image.fromarray((cells * STEP).astype(np.uint8)).save(packed_image, "PNG")
         return base64.b64encode(packed_image.getvalue()).decode()
     parts = []
-    for name, kept, picture, cells in found:
-        rows, columns = cells_of(picture).shape
+    for name, kept, (rows, columns), cells in found:
         marks = "".join(f'<rect x="{column}" y="{row}" width="1" height="1"/>' for row, column in cells)
         before = f'<img src="data:image/png;base64,{gray(unpacked(kept))}" alt="accepted">' if kept else "<p>new</p>"
         parts.append(f'<h2>{name}</h2><div>{before}<span><img src="{file_of(name)}" alt="now"><svg viewBox="0 0 {columns} {rows}" '

@@ -3,7 +3,6 @@
 import contextlib
 import io
 import shutil
-import tempfile
 import unittest
 from pathlib import Path
 
@@ -13,6 +12,7 @@ from ch5_backend.course.base.errors import CourseError
 from ch5_backend.course.experiments.data import has_images, kind_of
 from ch5_backend.course.experiments.layouts.convert import as_euroc
 from tests.project import BUILD, run
+from tests.track.track_app_test import rendered
 
 
 def seconds(stamp: int) -> str:
@@ -22,13 +22,8 @@ def seconds(stamp: int) -> str:
 class Layouts(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        if not (BUILD / "bin" / "ch5_track").exists():
-            raise unittest.SkipTest("without ch5_track, which needs OpenCV: libopencv-video-dev, libpng-dev and libjpeg-dev")
-        folder = tempfile.TemporaryDirectory()
-        cls.addClassCleanup(folder.cleanup)
-        cls.mav0, cls.folder = Path(folder.name, "flight", "mav0"), Path(folder.name)
-        done = run(BUILD / "tests" / "track" / "render_flight", cls.mav0.parent, 1)
-        assert done.returncode == 0, done.stderr
+        cls.folder = rendered(cls, ("flight", 1))
+        cls.mav0 = cls.folder / "flight" / "mav0"
         rows = [line.split(",") for line in (cls.mav0 / "imu0" / "data.csv").read_text().splitlines()[1:]]
         cls.stamps = [int(row[0]) for row in rows]
         cls.w, cls.a = (np.array([row[k:k + 3] for row in rows], dtype=float) for k in (1, 4))

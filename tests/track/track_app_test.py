@@ -193,6 +193,18 @@ def inverse(chain: Path) -> None:
     chain.write_text(text.replace("T_cam_imu:" + rows, "T_imu_cam: " + str(T.tolist())))
 
 
+def rendered(of: type, *flights) -> Path:
+    """A folder that lasts as long as the tests of the class, with these flights in it: name, seconds, perhaps "stereo"."""
+    if not (BUILD / "bin" / "ch5_track").exists():
+        raise unittest.SkipTest("without ch5_track, which needs OpenCV: libopencv-video-dev, libpng-dev and libjpeg-dev")
+    folder = tempfile.TemporaryDirectory()
+    of.addClassCleanup(folder.cleanup)
+    for name, *words in flights:
+        done = run(BUILD / "tests" / "track" / "render_flight", Path(folder.name, name), *words)
+        assert done.returncode == 0, done.stderr
+    return Path(folder.name)
+
+
 def numbers_of(path: Path) -> list:
     return [float(word) for word in re.findall(r"-?\d+\.?\d*(?:e-?\d+)?", path.read_text(encoding="utf-8"))]
 
@@ -202,14 +214,8 @@ class TrackApp(AppTest):
 
     @classmethod
     def setUpClass(cls):
-        if not (BUILD / "bin" / "ch5_track").exists():
-            raise unittest.SkipTest("without ch5_track, which needs OpenCV: libopencv-video-dev, libpng-dev and libjpeg-dev")
-        folder = tempfile.TemporaryDirectory()
-        cls.addClassCleanup(folder.cleanup)
-        cls.flight, pair = Path(folder.name, "flight"), Path(folder.name, "pair")
-        for words in ((cls.flight, 1), (pair, 0.95, "stereo")):
-            done = run(BUILD / "tests" / "track" / "render_flight", *words)
-            assert done.returncode == 0, done.stderr
+        folder = rendered(cls, ("flight", 1), ("pair", 0.95, "stereo"))
+        cls.flight, pair = folder / "flight", folder / "pair"
         cls.at_rest = real("euroc_v1_01_mav0", pair / "mav0")  # twenty images of two cameras that stand still
 
     def copy(self, change=lambda mav0: None, name="copy") -> Path:

@@ -7,17 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from ...base.errors import CourseError
+from ...base.errors import CourseError, warn
 
 TRUTH = ("groundtruth.csv", "groundtruth.txt", "gt.txt")  # which ch5_track reads
 PHONE_NOISE = {"gyroscope_noise_density": 1e-3, "gyroscope_random_walk": 1e-4, "accelerometer_noise_density": 1e-2,
                "accelerometer_random_walk": 1e-3}
-
-
-def note(words: str) -> None:
-    """What a user should know of what was read; --json keeps standard output for itself, so it goes where warnings go."""
-    import sys
-    print(f"course: {words}", file=sys.stderr, flush=True)
 
 
 def fresh(out: Path) -> Path:
@@ -103,11 +97,11 @@ def use_files_beside(mav0: Path, place: Path, image: Path, stamps) -> None:
         lacks_size = not re.search(r"\b(resolution|image_width)\s*:", text)
         lacks_pose = not re.search(r"\b(T_BS|T_cam_imu|T_imu_cam)\s*:", text)
         camera.write_text(text.rstrip() + "\n" + (f"resolution: [{width}, {height}]\n" if lacks_size else "") + (pose_yaml(T_BS) if lacks_pose else ""))
-        note(f"the camera's calibration is {file}" + (f", which lacks T_BS: {mounting} is guessed" if lacks_pose else ""))
+        warn(f"the camera's calibration is {file}" + (f", which lacks T_BS: {mounting} is guessed" if lacks_pose else ""))
     else:
         f = 0.8 * max(width, height)
         camera.write_text(camera_yaml((width, height), (f, f), (width / 2, height / 2), T_BS))
-        note(f"no calibration (a YAML file with `intrinsics` or `camera_matrix`): a focal length of {f:.0f} px, 0.8 of the image's longer side, "
+        warn(f"no calibration (a YAML file with `intrinsics` or `camera_matrix`): a focal length of {f:.0f} px, 0.8 of the image's longer side, "
              f"no lens, and {mounting} are guessed")
     if file := calibration_beside(place, "gyroscope_noise_density"):
         (mav0 / "imu0" / "sensor.yaml").write_bytes(file.read_bytes())

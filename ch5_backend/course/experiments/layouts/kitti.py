@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ...base.errors import CourseError
-from .euroc import camera_yaml, fresh, image_size, note, pose_yaml, write_images, write_imu, write_imu_yaml
+from ...base.errors import CourseError, warn
+from .euroc import camera_yaml, fresh, image_size, pose_yaml, write_images, write_imu, write_imu_yaml
 
 RADIUS = 6378137.0  # of the Earth, as the data set's Mercator projection takes it [m]
 ACCELERATION, RATE = slice(11, 14), slice(17, 20)  # ax, ay, az and wx, wy, wz of a file in oxts: forward, left, up
@@ -39,7 +39,7 @@ def convert(drive: Path, camera: Path, out: Path) -> str:
         (mav0 / f"cam{k}" / "sensor.yaml").write_text(calibration(drive, place.name[-2:], image_size(images[0])))
     rate = 1e9 * (len(stamps) - 1) / (stamps[-1] - stamps[0])
     if rate < 50:
-        note(f"{oxts}: the IMU has {rate:.0f} readings a second only, as KITTI's synchronized drives have; the same drive's _extract has 100")
+        warn(f"{oxts}: the IMU has {rate:.0f} readings a second only, as KITTI's synchronized drives have; the same drive's _extract has 100")
     return str(out)
 
 

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ...base.errors import CourseError
-from . import picture_folder, pictures, videos
-from .euroc import TRUTH, fresh, note, use_files_beside, write_images, write_imu
+from ...base.errors import CourseError, warn
+from . import PICTURES, picture_folder, pictures, videos
+from .euroc import TRUTH, fresh, use_files_beside, write_images, write_imu
 from .tables import IMAGE_RATES, IMU_RATES, RADIANS, Table, gravity_unit, is_number, nanoseconds, read_table
 
 NEEDS = ("the estimators need what a gyroscope and an accelerometer measured meanwhile: tables (.csv or .txt) beside the images, with a column of time "
@@ -67,7 +67,7 @@ def unit_of_rates(table: Table, columns: list) -> float:
     name = table.names[columns[0]] if table.names else ""
     in_degrees = bool(re.search(r"deg|°|dps", name)) or np.nanpercentile(np.abs(table.values[:, columns]), 99.0) > 35.0
     if in_degrees:
-        note(f"{table.path}: the gyroscope's rates are in degrees, and taken so")
+        warn(f"{table.path}: the gyroscope's rates are in degrees, and taken so")
     return RADIANS if in_degrees else 1.0
 
 
@@ -75,7 +75,7 @@ def unit_of_accelerations(table: Table, columns: list) -> float:
     """What Apple's Core Motion calls an accelerometer's reading points down at rest, other sensors' up."""
     unit = gravity_unit(table.values[:, columns])
     if unit != 1.0:
-        note(f"{table.path}: the accelerations are in units of {unit:.4g} m/s², and taken so")
+        warn(f"{table.path}: the accelerations are in units of {unit:.4g} m/s², and taken so")
     is_apples = bool(table.names) and re.match(r"accelerometeracceleration", table.names[columns[0]])
     return -unit if is_apples else unit
 
@@ -98,7 +98,7 @@ def sorted_rows(table: Table, stamps, values) -> tuple:
     back = int(np.sum(np.diff(stamps[good]) < 0))
     for count, what in ((lacking, "lack a number or a column and are left out"), (again, "repeat a time and are left out"), (back, "go back in time and are sorted")):
         if count:
-            note(f"{table.path}: {count} of {len(table.lines) + table.cut} rows {what}")
+            warn(f"{table.path}: {count} of {len(table.lines) + table.cut} rows {what}")
     stamps, first = np.unique(stamps[good], return_index=True)
     return stamps, values[good][first]
 
@@ -112,7 +112,7 @@ def interpolated(w: tuple, a: tuple, path: Path) -> tuple:
     part = (stamps - a[0][before]) / apart
     inside = (part >= 0) & (part <= 1) & (apart <= max(5 * np.median(np.diff(a[0])), 50e6))
     if lost := int(np.sum(~inside)):
-        note(f"{path}: {lost} readings of the gyroscope are left out, of times at which the accelerometer has none")
+        warn(f"{path}: {lost} readings of the gyroscope are left out, of times at which the accelerometer has none")
     accelerations = a[1][before] + part[:, None] * (a[1][after] - a[1][before])
     if np.sum(inside) < 10:
         raise CourseError(f"{path}: gyroscope and accelerometer have {np.sum(inside)} readings in common, too few")
@@ -124,7 +124,7 @@ def stamps_of(files: list, where: Path, tables: list):
     by_name = {}
     for table in tables:
         for row in table.lines:
-            name = next((Path(word).name for word in row if Path(word).suffix.lower() in (".png", ".jpg", ".jpeg", ".pgm")), None)
+            name = next((Path(word).name for word in row if Path(word).suffix.lower() in PICTURES), None)
             if name and (time := next(filter(is_number, row), None)):
                 by_name[name] = time
     if sum(file.name in by_name for file in files) > 0.5 * len(files):
@@ -167,7 +167,7 @@ def stamps_of_video(files: list, seconds, tables: list, imu_stamps):
             if len(stamps) < len(files):
                 stamps = np.append(stamps, [-1] * (len(files) - len(stamps)))
             return stamps[:len(files)]
-    note("the video's frames have no stamps of the IMU's clock (a table with a row for each): it is taken to begin with the IMU's first reading; "
+    warn("the video's frames have no stamps of the IMU's clock (a table with a row for each): it is taken to begin with the IMU's first reading; "
          "a difference of up to 1 s is found")
     return imu_stamps[0] + (1e9 * (seconds - seconds[0])).astype(np.int64)
 
@@ -182,5 +182,5 @@ def together(images, imu):
     if abs(differ) > 1.0:
         raise CourseError(f"the clocks of camera and IMU differ by {abs(first - imu[0]) * 1e-9:.3f} s, and the images last {abs(differ):.1f} s "
                           f"{'longer' if differ > 0 else 'less'}, so it is not known how they go together; give the images stamps of the IMU's clock")
-    note(f"the clocks of camera and IMU differ by {(first - imu[0]) * 1e-9:.3f} s: they are taken to have begun together; what is left of it, up to 1 s, is found")
+    warn(f"the clocks of camera and IMU differ by {(first - imu[0]) * 1e-9:.3f} s: they are taken to have begun together; what is left of it, up to 1 s, is found")
     return imu - imu[0] + first
