@@ -4,12 +4,9 @@ import fcntl
 import itertools
 import json
 import os
-import pty
 import re
 import signal
-import struct
 import subprocess
-import termios
 from importlib import import_module
 from pathlib import Path
 from unittest import mock
@@ -20,25 +17,11 @@ from ch5_backend.course.base.errors import CourseError
 from ch5_backend.course.base.language import width
 from tests.folder import FolderTest
 from tests.project import BUILD, ROOT, TINY_BAL, run
+from tests.terminal import on_terminal
 
 
 def course(*words, **options):
     return run(ROOT / "course", *words, **options)
-
-
-def on_terminal(columns, words, env):
-    """What ./course shows on a terminal of so many columns, without its colors."""
-    terminal, side = pty.openpty()
-    fcntl.ioctl(side, termios.TIOCSWINSZ, struct.pack("HHHH", 200, columns, 0, 0))
-    with subprocess.Popen([ROOT / "course", *words], stdin=subprocess.DEVNULL, stdout=side, env=env | {"NO_COLOR": "1"}):
-        os.close(side)
-        with os.fdopen(terminal, "rb", buffering=0) as screen:
-            shown = b""
-            try:
-                while part := screen.read(65536):
-                    shown += part
-            except OSError:  # the terminal's other side is closed
-                return shown.decode()
 
 
 class CommandLine(FolderTest):
@@ -72,7 +55,7 @@ class CommandLine(FolderTest):
                 said = re.findall(r"[\w./-]+", course(*words, env=env).stdout, re.ASCII)
                 self.assertGreater(len(said), 20)
                 for columns in (60, 80, 120):
-                    shown = on_terminal(columns, words, env)
+                    _, shown = on_terminal([ROOT / "course", *words], columns, env=env | {"NO_COLOR": "1"})
                     self.assertLessEqual(max(map(width, shown.splitlines())), columns, words)
                     self.assertEqual(re.findall(r"[\w./-]+", shown, re.ASCII), said, words)
             for command, columns in itertools.product(COMMANDS, (60, 80, 120)):
@@ -279,11 +262,7 @@ class CommandLine(FolderTest):
         os.close(write)
         self.assertEqual((done.returncode, done.stderr), (128 + signal.SIGPIPE, ""))
 
-    def test_it_works_from_any_folder(self):
-        self.assertEqual(course("run", "--help", cwd=self.folder).returncode, 0)
-        self.refuses("run", "missing.txt", naming=["missing.txt"], cwd=self.folder)
-
-    def test_it_works_through_symbolic_links(self):
+    def test_it_works_from_any_folder_and_through_symbolic_links(self):
         folder = self.folder
         (folder / "bin").mkdir()
         (folder / "absolute").symlink_to(ROOT / "course")
@@ -293,6 +272,7 @@ class CommandLine(FolderTest):
             for command in (folder / "absolute", folder / "bin" / "relative", "relative"):
                 done = run(command, *words, cwd=folder, env={**os.environ, "PATH": f"{folder / 'bin'}:{os.environ['PATH']}"})
                 self.assertEqual((done.returncode, done.stdout, done.stderr), (0, wanted, ""), command)
+        self.refuses("run", "missing.txt", naming=["missing.txt"], cwd=folder)
 
     def test_ctrl_c_ends_with_130(self):
         self.needs_release_build()

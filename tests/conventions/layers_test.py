@@ -2,65 +2,23 @@
 
 import ast
 import graphlib
+import json
 import re
 import unittest
 from pathlib import Path
 
 from tests.project import ROOT, tracked_files
 
-TYPES = " types types/visual types/inertial types/pose_graph types/bal"
-SPARSE = "math graph linear solve sparse/kernels sparse/steps sparse"
-LIBRARY = SPARSE + TYPES + " initialize open_tasks dense dense/blocks marginalize consistency window/start window simulate " \
-          "simulate/sensors files/tables files evaluate"
+# What each folder of ch5_backend/ may include and each folder of Python may import, besides itself; tests may import everything. A
+# group's name stands for its folders.
+RULES = json.loads(Path(__file__).with_name("layers.json").read_text(encoding="utf-8"))
 
-# What each folder of ch5_backend/ may include, besides itself.
-MAY_INCLUDE = {
-    "math": "",
-    "graph": "math",
-    "linear": "math",
-    "solve": "math",
-    "types": "math graph",
-    "types/visual": "math graph types",
-    "types/inertial": "math graph types",
-    "types/pose_graph": "math graph types",
-    "types/bal": "math graph types",
-    "open_tasks": "math graph types",
-    "dense": "math graph linear solve",
-    "dense/blocks": "math graph linear solve",
-    "sparse/kernels": "math linear",
-    "sparse/steps": "math graph linear solve sparse/kernels",
-    "sparse": "math graph linear solve sparse/kernels sparse/steps",
-    "initialize": SPARSE + " types types/pose_graph",
-    "marginalize": "math graph linear solve sparse/kernels sparse/steps",
-    "consistency": SPARSE + TYPES + " marginalize",
-    "window/start": SPARSE + TYPES + " marginalize consistency",
-    "window": SPARSE + TYPES + " marginalize consistency window/start",
-    "simulate": "math graph types types/visual types/bal",
-    "simulate/sensors": "math graph types types/visual types/inertial simulate",
-    "files/tables": "math types",
-    "files": "math graph files/tables" + TYPES,
-    "evaluate": "math graph types types/visual simulate",
-    "experiments": LIBRARY,
-    "lab": LIBRARY + " experiments",
-    "track": "math types types/inertial files/tables files experiments",  # and OpenCV
-    "examples": LIBRARY,
-    "python": LIBRARY,
-}
-# What each folder of Python may import, besides itself. Tests may import everything.
-MAY_IMPORT = {
-    "ch5_backend/figures": "",
-    "ch5_backend/python": "",
-    "ch5_backend/course/base": "ch5_backend/figures",
-    "ch5_backend/course/homework": "ch5_backend/course/base",
-    "ch5_backend/course/experiments": "ch5_backend/course/base ch5_backend/course/homework ch5_backend/figures",
-    "ch5_backend/course/grading": "ch5_backend/course/homework ch5_backend/course/base ch5_backend/figures",
-    "ch5_backend/course/documents": "ch5_backend/course/experiments ch5_backend/course/homework ch5_backend/course/base ch5_backend/figures slides",
-    "ch5_backend/course": "ch5_backend/course/base ch5_backend/course/homework ch5_backend/course/experiments "
-                          "ch5_backend/course/grading ch5_backend/course/documents",
-    "slides": "ch5_backend/figures",
-}
-TOP_LEVEL = {"CMakeLists.txt", "CMakePresets.json", "LICENSE", "README.md", "README.zh.md", "course", "ch5_backend",
-             "ch5_homework", "slides", "solutions", "tests"}
+
+def folders(words: str) -> list:
+    return [folder for word in words.split() for folder in (folders(RULES["groups"][word]) if word in RULES["groups"] else [word])]
+
+
+MAY_INCLUDE, MAY_IMPORT = ({folder: folders(words) for folder, words in RULES[kind].items()} for kind in ("may_include", "may_import"))
 
 
 def longest(path: str, folders) -> str:
@@ -87,7 +45,7 @@ def cpp_faults(path: str, text: str, exists) -> list:
             faults.append((number, f'"{included}": nothing but a test may use what is in tests/'))
         elif path.startswith("ch5_backend/") and not included.startswith("ch5_backend/"):
             faults.append((number, f'"{included}" is outside of ch5_backend/'))
-        elif user and used and user != used and used not in MAY_INCLUDE[user].split():
+        elif user and used and user != used and used not in MAY_INCLUDE[user]:
             faults.append((number, f"{user}/ must not include from {used}/"))
     return faults
 
@@ -111,7 +69,7 @@ def python_faults(path: str, text: str) -> list:
         used = longest(file, MAY_IMPORT)
         if file.startswith("tests/") and not path.startswith("tests/"):
             faults.append((number, f"{module}: nothing but a test may use what is in tests/"))
-        elif user and used and user != used and used not in MAY_IMPORT[user].split():
+        elif user and used and user != used and used not in MAY_IMPORT[user]:
             faults.append((number, f"{user}/ must not import from {used}/"))
     return faults
 
@@ -180,4 +138,4 @@ class Layers(unittest.TestCase):
 
     def test_top_level_holds_only_the_project(self):
         names = {path.parts[0] for path in tracked_files()}
-        self.assertEqual({name for name in names - TOP_LEVEL if not name.startswith(".")}, set())
+        self.assertEqual({name for name in names - set(RULES["top_level"]) if not name.startswith(".")}, set())

@@ -1,12 +1,14 @@
-"""What the project may use: no more than Ubuntu 22.04 has, CMake 3.22, Python 3.10 and Matplotlib 3.5."""
+"""What the project may use: no more than Ubuntu 22.04 has, CMake 3.22, Python 3.10 and Matplotlib 3.5; and its presets."""
 
 import ast
+import json
 import re
+import shutil
+import tempfile
 import unittest
 from unittest import mock
 
-from tests.project import ROOT, tracked_files
-
+from tests.project import CXX, ROOT, run, tracked_files
 
 NEWER_CMAKE = r"\bblock\(|FILE_SET|LINK_GROUP|LINK_LIBRARY:|COMPILE_WARNING_AS_ERROR|BUILD_LOCAL_INTERFACE|--fresh|TEST_LAUNCHER"
 NEWER_KEYWORDS = {"subplots": {"width_ratios", "height_ratios"}, "legend": {"ncols"}, "boxplot": {"tick_labels"}}
@@ -57,3 +59,16 @@ class Versions(unittest.TestCase):
         style.freeze(figure)
         self.assertEqual([name for name, _, _ in figure.method_calls],
                          ["set_constrained_layout_pads", "suptitle", "set_constrained_layout"])
+
+    def test_every_preset_configures(self):
+        presets = json.loads((ROOT / "CMakePresets.json").read_text(encoding="utf-8"))["configurePresets"]
+        names = [preset["name"] for preset in presets if not preset.get("hidden")]
+        self.assertEqual(set(names), {"release", "library", "dev", "gcc-11", "asan-ubsan", "tsan", "fuzz"})
+        if not shutil.which("clang++"):
+            names.remove("fuzz")  # libFuzzer comes with Clang alone
+        for name in names:
+            with self.subTest(preset=name), tempfile.TemporaryDirectory() as folder:
+                compiler = "clang++" if name == "fuzz" else CXX
+                command = ["cmake", "--preset", name, "-B", folder, f"-DCMAKE_CXX_COMPILER={compiler}"]
+                done = run(*command, cwd=ROOT)
+                self.assertEqual(done.returncode, 0, done.stdout + done.stderr)

@@ -10,22 +10,19 @@ others it runs what a condition can touch. Prints a table of exit codes; 0 if ea
 """
 
 import argparse
-import fcntl
 import os
-import pty
 import re
 import shutil
-import struct
 import subprocess
 import sys
 import tempfile
-import termios
 import time
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from tests.homework.hand_in import hand_in
 from tests.project import ROOT, tracked_files
+from tests.terminal import on_terminal
 
 PLACE = "新手 的 clone/第五章"
 NEWCOMER = 23456  # no table of users knows this number
@@ -123,33 +120,18 @@ class Newcomer:
             command = ["sh", "-c", 'exec "$@" <&-', "sh", *command]
         environment = {name: self.filled(word) for name, word in {**PLAIN, **condition.variables}.items() if word is not None}
         with open(log, "wb") as said:
-            options = {"cwd": self.root, "env": environment, "stdin": subprocess.DEVNULL}
+            options = {"cwd": self.root, "env": environment}
             if condition.columns:
                 return in_a_terminal(command, condition.columns, said, **options)
-            return subprocess.run(command, stdout=said, stderr=subprocess.STDOUT, **options).returncode
+            return subprocess.run(command, stdin=subprocess.DEVNULL, stdout=said, stderr=subprocess.STDOUT, **options).returncode
 
 
 def in_a_terminal(command: list, columns: int, said, **options) -> int:
     """Runs it in a terminal of so many columns; 99 if a living line did not fit, which would leave its rest behind."""
-    outer, inner = pty.openpty()
-    fcntl.ioctl(inner, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
-    process = subprocess.Popen(command, stdout=inner, stderr=inner, start_new_session=True, **options)
-    os.close(inner)
-    text = b""
-    while piece := read(outer):
-        text += piece
-        said.write(piece)
-    os.close(outer)
-    living = text.decode("utf-8", "replace").split("\r\033[K")
-    too_wide = [line for line in living if "\n" not in line and len(line) >= columns]
-    return process.wait() or 99 * bool(too_wide)
-
-
-def read(descriptor: int) -> bytes:
-    try:
-        return os.read(descriptor, 1 << 16)
-    except OSError:  # the other end is closed
-        return b""
+    code, text = on_terminal(command, columns, **options)
+    said.write(text.encode())
+    too_wide = [line for line in text.split("\r\033[K") if "\n" not in line and len(line) >= columns]
+    return code or 99 * bool(too_wide)
 
 
 def walk(newcomer: Newcomer, conditions: dict, whole: bool) -> tuple:
