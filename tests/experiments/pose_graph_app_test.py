@@ -160,9 +160,7 @@ class PoseGraphApp(AppTest):
         self.assertLessEqual({".csv", ".g2o", ".png"}, {path.suffix for path in self.out.rglob("*")})
 
     def test_faulty_files_are_named_with_line_and_value(self):
-        for text, message in ((GOOD.replace("7 5 1 0", "7 8 1 0"), ":7: EDGE_SE2: there is no vertex with the id 8"),
-                              (GOOD.replace("0.4", "nan"), ':3: value: not finite, got "nan"'),
-                              ("1 2 3\n", ':1: expected a tag such as VERTEX_SE3:QUAT, got "1"'),
+        for text, message in ((GOOD.replace("0.4", "nan"), ':3: value: not finite, got "nan"'),  # the others: tests/files/g2o_file_test.cc
                               ("VERTEX_SE2 0 1 2 3\n", ": no edge of a known type, so nothing to optimize"),
                               (GOOD.replace(UNIT, "0 0 0 0 0 0"), ": the information matrices of all edges are zero, so nothing to optimize")):
             path = self.write("bad.g2o", text)

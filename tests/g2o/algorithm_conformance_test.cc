@@ -56,16 +56,18 @@ TEST(G2o, G8_EachStepTellsItsType) {
 }
 
 TEST(G2o, G8_TheRadiusGrowsToThreeStepsOrHalves) {
-  // At Δ = 3.2 Gauss-Newton predicts ½bᵀH⁻¹b = 9. ρ = 8/9 > ¾: Δ = 3 √10; ρ = 4.5/9: as it is; ρ = 0.9/9 < ¼: Δ/2.
-  ScriptedSystem system = TwoUnknowns({100.0, 92.0, 87.5, 86.6, 80.0});
-  SolveOptions options = WithoutStopRules(Algorithm::kDogleg, 4);
+  // At Δ = 3.2 Gauss-Newton predicts ½bᵀH⁻¹b = 9. ρ = 8/9 > ¾: Δ = 3 √10; ρ = 4.5/9: as it is; ρ = 0.9/9 < ¼: Δ/2; ρ = 6.6/9;
+  // a cost that rises: half the step's length.
+  ScriptedSystem system = TwoUnknowns({100.0, 92.0, 87.5, 86.6, 80.0, 90.0, 79.0});
+  SolveOptions options = WithoutStopRules(Algorithm::kDogleg, 5);
   options.initial_radius = 3.2;
   const Summary summary = Minimize(&system, options);
-  ASSERT_EQ(summary.trace.size(), 5u);
+  ASSERT_EQ(summary.trace.size(), 6u);
   EXPECT_DOUBLE_EQ(summary.trace[1].lambda, 3.2);
   EXPECT_DOUBLE_EQ(summary.trace[2].lambda, 3.0 * std::sqrt(10.0));
   EXPECT_DOUBLE_EQ(summary.trace[3].lambda, 3.0 * std::sqrt(10.0));
   EXPECT_DOUBLE_EQ(summary.trace[4].lambda, 1.5 * std::sqrt(10.0));
+  EXPECT_DOUBLE_EQ(summary.trace[5].lambda, 0.5 * std::sqrt(10.0));
   EXPECT_NEAR(summary.trace[1].gain_ratio, 8.0 / 9.0, 1e-14);
   EXPECT_EQ(summary.trace[4].step_type, StepType::kGaussNewton);
 }

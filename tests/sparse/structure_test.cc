@@ -117,17 +117,6 @@ TEST(Elimination, OfOneLandmarkByHand) {
   }
 }
 
-TEST(Elimination, RefusesALandmarkThatIsNotPositiveDefinite) {
-  OnePoseOneLandmark small;
-  for (const auto& edge : small.graph.Edges()) edge->SetInformation(MatXX::Zero(1, 1));
-  SparseSolver solver(&small.graph);
-  solver.SetOrdering();
-  solver.MakeHessian();
-  VecX step;
-  EXPECT_FALSE(solver.SolveLinearSystem(0.0, &step));
-  EXPECT_TRUE(solver.SolveLinearSystem(1.0, &step));
-}
-
 // C δ = 0 with C = (1): the pose is held, its row and column leave the system.
 TEST(HoldPoses, TakesTheHeldDirectionsOut) {
   OnePoseOneLandmark small;

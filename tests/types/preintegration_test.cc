@@ -37,24 +37,6 @@ TEST(Preintegration, ConstantAccelerationIsIntegratedExactly) {
   EXPECT_EQ(imu.Gamma().vec().norm(), 0.0);
 }
 
-TEST(Preintegration, BiasJacobianPredictsReintegration) {
-  const Vec3 b_a(0.1, -0.2, 0.05), b_g(0.02, 0.01, -0.03);
-  const Preintegration imu = Integrate(Samples(), b_a, b_g);
-  for (int k = 0; k < 6; ++k) {
-    // Central differences; the rest is the second order in δ, and the first-order F of the step itself.
-    const double step = 1e-4;
-    Vec6 db = Vec6::Zero();
-    db[k] = step;
-    Preintegration plus = imu, minus = imu;
-    plus.Reintegrate(b_a + db.head<3>(), b_g + db.tail<3>());
-    minus.Reintegrate(b_a - db.head<3>(), b_g - db.tail<3>());
-    const Eigen::Matrix<double, 9, 1> J = imu.BiasJacobian().col(k);
-    EXPECT_LT(((plus.Alpha() - minus.Alpha()) / (2 * step) - J.head<3>()).norm(), 1e-3) << k;
-    EXPECT_LT((LogSO3(minus.Gamma().conjugate() * plus.Gamma()) / (2 * step) - J.segment<3>(3)).norm(), 1e-3) << k;
-    EXPECT_LT(((plus.Beta() - minus.Beta()) / (2 * step) - J.tail<3>()).norm(), 1e-3) << k;
-  }
-}
-
 TEST(Preintegration, ReintegrationEqualsAFreshIntegration) {
   Preintegration imu = Integrate(Samples(), Vec3::Zero(), Vec3::Zero());
   const Vec3 b_a(0.3, 0.1, -0.2), b_g(-0.05, 0.04, 0.02);

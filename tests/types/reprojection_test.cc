@@ -67,20 +67,6 @@ TEST(Reprojection, TakesAnExtrinsicOfAnyLengthAndOneOfLengthOneToTheBit) {
   EXPECT_EQ(RigidMatrix(Transform{q, Vec3::Zero()}).R, q.toRotationMatrix());
 }
 
-// By hand, at the identity: π(p) = [x/z, y/z], so ∂r/∂p_W = [1/z, 0, −x/z²; 0, 1/z, −y/z²] with p = (0.4, −0.8, 4).
-TEST(Reprojection, JacobiansByHand) {
-  EdgeReprojectionXYZ edge(std::make_shared<VertexPointXYZ>(Vec3(0.4, -0.8, 4)), Pose(Qd::Identity(), Vec3::Zero()),
-                           Vec2::Zero());
-  edge.ComputeJacobians();
-  Mat23 by_point, by_turn;
-  by_point << 0.25, 0, -0.025, 0, 0.25, 0.05;
-  EXPECT_LT((edge.Jacobian(0) - by_point).norm(), 1e-16);
-  EXPECT_LT((edge.Jacobian(1).leftCols<3>() + by_point).norm(), 1e-16);
-  // A camera that turns, with x = 0.1 and y = −0.2:  [xy, −(1 + x²), y; 1 + y², −xy, −x]   (Chaumette 2006, eq. 12)
-  by_turn << -0.02, -1.01, -0.2, 1.04, 0.02, -0.1;
-  EXPECT_LT((edge.Jacobian(1).rightCols<3>() - by_turn).norm(), 1e-15);
-}
-
 // Whatever the inverse depth, a point projects to where its host saw it; so its depth cannot be told from there.
 TEST(Reprojection, HostsOwnPlaceTellsNothingOfTheDepth) {
   Random random(41);
@@ -240,20 +226,6 @@ TEST(ReprojectionCalibration, TimeOffsetCannotBeSeenAtAConstantVelocity) {
     EXPECT_LT(edge->Residual().norm(), 1e-15);
     EXPECT_LT(edge->Jacobian(4).norm(), 1e-15);
   }
-}
-
-// f = 2, k1 = 0.5, k2 = 0.25, turned by 90° about y: X = (2, 2, 1) is P = (1, 2, −2) in the camera. p = (0.5, 1), n = 1.25,
-// d = 1 + 0.625 + 0.390625 and u = f d p. By hand: ∂u/∂f = d p, ∂u/∂k1 = f n p, ∂u/∂k2 = f n² p.
-TEST(Bal, TurnedCameraAndItsIntrinsicsByHand) {
-  const Vec9 camera = (Vec9() << 0, M_PI / 2, 0, 0, 0, 0, 2, 0.5, 0.25).finished();
-  EdgeBAL edge(std::make_shared<VertexCameraBAL>(camera), std::make_shared<VertexPointXYZ>(Vec3(2, 2, 1)), Vec2(1, 2));
-  edge.Linearize();
-  const double d = 2.015625, n = 1.25;
-  EXPECT_LT((edge.Residual() - Vec2(2 * d * 0.5 - 1, 2 * d * 1 - 2)).norm(), 1e-14);
-  const Vec2 p(0.5, 1);
-  EXPECT_LT((edge.Jacobian(0).col(6) - d * p).norm(), 1e-14);
-  EXPECT_LT((edge.Jacobian(0).col(7) - 2 * n * p).norm(), 1e-14);
-  EXPECT_LT((edge.Jacobian(0).col(8) - 2 * n * n * p).norm(), 1e-14);
 }
 
 }  // namespace

@@ -124,7 +124,6 @@ TEST(DynamicInitialization, StartsInTheMiddleOfARealFlight) {
   RecordProperty("started", std::to_string(started) + " of " + std::to_string(cuts));
 }
 
-// A pixel of camera 1 is four times as wide as one of camera 0: weighed alike, half of what it sees would not fit.
 // While the acceleration hardly changes, a motion several times as large explains almost the same.
 TEST(DynamicInitialization, ChoosesTheBetterOfTwoSolutions) {
   HandheldOptions path;
@@ -148,6 +147,7 @@ TEST(DynamicInitialization, ChoosesTheBetterOfTwoSolutions) {
   EXPECT_GT(starts, 50);
 }
 
+// A pixel of camera 1 is four times as wide as one of camera 0: weighed alike, half of what it sees would not fit.
 TEST(DynamicInitialization, WeighsEachCameraByItsOwnFocalLength) {
   Calibration calibration = ForwardStereo();
   calibration.camera1->fx = calibration.camera1->fy = 0.25 * calibration.fx;
