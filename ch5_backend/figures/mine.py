@@ -13,7 +13,8 @@ from markupsafe import Markup
 
 from . import page, style
 from .numbers.mine import EXPERIMENTS, Mine, dense_of, different
-from .style import BLUE, GRAY, PALE, VERMILION, plt
+from .style import BLUE, GRAY, PALE, SKY, plt
+from .translate import translate
 from .words import Words
 
 STAGES = json.loads((Path(__file__).resolve().parents[2] / "ch5_homework" / "stages.json").read_text(encoding="utf-8"))["stages"]
@@ -142,7 +143,7 @@ def draw_beacons(mine, experiment):
     for table, look in sides(mine, experiment, "path"):
         right.plot(table["x_m"], table["y_m"], **look)
     if own is not None:
-        right.plot(own["guess_x_m"], own["guess_y_m"], ":", color=VERMILION, label="your IMU alone")
+        right.plot(own["guess_x_m"], own["guess_y_m"], ":", color=SKY, label="your IMU alone")
     right.set(title="from above", xlabel="x [m]", ylabel="y [m]", aspect="equal", xlim=(-6, 6), ylim=(-6, 6))
     right.legend(fontsize=11)
     return fig
@@ -161,6 +162,8 @@ def told(finding, say):
     prefix = {"weight": "", "deviation": "gauge."}.get(finding.key)
     if prefix is not None:  # what the tables call it, in the page's words
         shown["column"] = say(prefix + shown["column"])
+    if "gauge" in shown:
+        shown["gauge"] = (translate if say.language == "zh" else str)(dict(DEVIATIONS)[shown["gauge"]])
     if "variant" in shown:
         shown["variant"] = say(f"variant.{shown['variant']}")
     return say(f"mine.{finding.key}", **{name: int(value) if isinstance(value, float) else value for name, value in shown.items()})
@@ -197,12 +200,6 @@ def verdicts(mine, experiment, say):
             yield stage, "–", say("mine.nothing_yet")
 
 
-def all_own(mine, say):
-    return len(mine.failures) == len(EXPERIMENTS) and all(
-        mark == "✓" and whose(mine, stage, say) == say("mine.yours")
-        for experiment in mine.failures for stage, mark, _ in verdicts(mine, experiment, say))
-
-
 def body_of(directory, mine, say):
     """The page's pieces."""
     rows = []
@@ -217,7 +214,7 @@ def body_of(directory, mine, say):
         picture = page.figure(directory, f"mine_{experiment}", f"{say(f'mine.{experiment}.caption')} {found}",
                               say(f"mine.{experiment}"), say)
         body.append(page.PIECES.section(experiment, say("mine.section", stages=ids, title=say(f"mine.{experiment}")), [picture]))
-    if all_own(mine, say):
+    if len(mine.failures) == len(EXPERIMENTS) and all(lines == say("mine.yours") and found[0] == "✓" for _, lines, found in rows):
         questions = [Markup("<details><summary>{}</summary><p>{}</p></details>").format(say(f"mine.question.{name}"), say(f"mine.answer.{name}"))
                      for name in QUESTIONS]
         body.append(page.PIECES.section("questions", say("mine.questions"), questions))

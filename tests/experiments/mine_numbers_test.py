@@ -41,7 +41,9 @@ class MineNumbers(unittest.TestCase):
             found = Mine(folder).finding("vins")
         self.assertEqual(found.key, "flight")
         weight = Finding("weight", {"variant": "perturbed", "weight": 100.0, "column": "iterations", "own": 7.0, "solution": 5.0})
-        self.assertEqual(english_in(page.told(weight, Words("zh"))), "")
+        deviation = Finding("deviation", {"gauge": "free to fixed", "keyframe": 3.0, "column": "position_m", "own": 7.0, "solution": 5.0})
+        for finding in (weight, deviation):
+            self.assertEqual(english_in(page.told(finding, Words("zh"))), "")
         self.assertEqual((found.values["image"], found.values["t"], found.values["apart"]), (3, 0.3, 1.0))
 
     def test_a_consequence_is_not_judged(self):

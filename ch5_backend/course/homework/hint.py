@@ -28,7 +28,7 @@ def show_one(section: str, hints: dict, number: str, language: str) -> None:
         raise CourseError(sentence("hint.unknown_number", stage=section, numbers=", ".join(hints), number=number,
                                    command=f"./course hint {section} 1"))
     title, text = hints[number]
-    print(fitted(f"{STAGE[language]} {section} · {title}\n\n{text}\n", sys.stdout))
+    print(fitted(f"{STAGE[language]} {section} · {title}\n\n{text}\n".replace("`", ""), sys.stdout))
     following = str(int(number) + 1)
     print(f"./course check {section}" + (f"   ./course hint {section} {following}" if following in hints else ""))
 

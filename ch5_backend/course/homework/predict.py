@@ -86,7 +86,7 @@ def predict(stages: list, folder: Path, language: str) -> int:
         return 0
     stage, new = (due or stages)[0], {}
     text = f"{stage['id']} · {say('title.' + stage['id'])}\n\n{asked_in(stage, language)}\n"
-    print(fitted(text, sys.stdout))
+    print(fitted(text.replace("`", ""), sys.stdout))
     try:
         for question, right in QUESTIONS[stage["id"]].items():
             if question in known:
