@@ -221,8 +221,13 @@ void CheckUpdate(const MatXX& H, const VecX& b0, const Names& names, const Text&
         {"5.7 5.3", {"formula.known_direction_cut", {{"matrix", Word(std::string("H"))}}}, root.transpose() * root});
   }
   const Text of_an_earlier_call("matrix.of_an_earlier_call", {{"variable", Word(std::string("J_pinv_T"))}});
-  const Mistakes in_Jte0{kept("e0_", e0, e0_before, Jte0),
-                         {"5.3", of_an_earlier_call, -p_inverse.cwiseProduct(b0) / std::sqrt(5.0)}};
+  Mistakes in_Jte0{kept("e0_", e0, e0_before, Jte0),
+                   {"5.3", of_an_earlier_call, -p_inverse.cwiseProduct(b0) / std::sqrt(5.0)}};
+  const VecX minus_b0 = Value(right.Jte0.right);
+  const bool is_multiple = std::abs(minus_b0.dot(VecX(Jte0))) > (1.0 - 1e-9) * minus_b0.norm() * Jte0.norm();
+  if (!is_multiple && !Equal(J.cwiseAbs(), Value(right.Jte0.beside.back()).cwiseAbs(), 1e-6)) {
+    in_Jte0.push_back({"5.3", "5.e0_of_another_J", Jte0});  // the formula's slips are of J = (P U S^½)ᵀ
+  }
   Require({{"5.JTJ_is_H", {{"scene", scene}}}, "5.3", "J_", names, 1e-9, in_JtJ}, right.JtJ, JtJ);
   Require({{"5.JTe0_is_minus_b0", {{"scene", scene}}}, "5.3", "e0_", names, 1e-7, in_Jte0}, right.Jte0, Jte0);
 }

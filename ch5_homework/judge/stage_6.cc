@@ -150,7 +150,7 @@ TEST(Stage6, NumbersTheDroppedBlocksFirst) {
 void CheckA(FactorScene::Kind kind, const Text& what) {
   FactorScene scene(kind);
   const Answer got = Ask("ConstructA", scene);
-  right::Loop loop{scene.Edges(), static_cast<int>(scene.Right().b.size()), 1.0};
+  right::Loop loop{scene.Edges(), static_cast<int>(scene.Right().b.size()), 1.0, "A"};
   loop.row_of = [&](const Edge& edge, size_t k) { return scene.RowOf(*edge.Vertices()[k]); };
   const right::AssembledSystem right(loop);
   const Names names = scene.RowNames();

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 
 #include "ch5_backend/marginalize/marginalize.h"
 #include "ch5_backend/window/landmarks.h"
@@ -203,13 +204,9 @@ TEST(Stage6, SlidesTheSecondNewestFrameOut) {
 
 // As in the code.
 Text NameOf(Failure failure) {
-  static const std::map<Failure, std::string> names{{Failure::kNone, "kNone"},
-                                                    {Failure::kAccelerometerBias, "kAccelerometerBias"},
-                                                    {Failure::kGyroscopeBias, "kGyroscopeBias"},
-                                                    {Failure::kPositionJump, "kPositionJump"},
-                                                    {Failure::kHeightJump, "kHeightJump"}};
-  const auto it = names.find(failure);
-  return it == names.end() ? "6.another_one" : Word(it->second);
+  static const std::array names{"kNone", "kAccelerometerBias", "kGyroscopeBias", "kPositionJump", "kHeightJump"};
+  const auto number = static_cast<size_t>(failure);
+  return number < names.size() ? Word(names[number]) : "6.another_one";
 }
 
 struct FailureCase {
@@ -227,27 +224,23 @@ Vec3 OfNorm(double norm) { return norm == 2.5 || norm == 1.0 ? Vec3(0, 0, -norm)
 std::vector<FailureCase> FailureCases() {
   const Vec3 small(0.3, 0.1, 0.1);
   const Failure none = Failure::kNone;
+  const auto of = [](const char* what, const char* x) { return Text(what, {{"x", Word(x)}}); };
   return {
       {"6.nothing_unusual", 0.1, 0.01, small, none, "6.condition_holds_wrongly"},
-      {Text("6.b_a_m_s", {{"x", Word("2.51")}}), 2.51, 0.01, small, Failure::kAccelerometerBias,
-       "6.accelerometer_bias"},
-      {Text("6.b_a_m_s", {{"x", Word("2.49")}}), 2.49, 0.01, small, none, "6.accelerometer_limit"},
-      {Text("6.b_g_rad_s", {{"x", Word("1.01")}}), 0.1, 1.01, small, Failure::kGyroscopeBias, "6.gyroscope_bias"},
+      {of("6.b_a_m_s", "2.51"), 2.51, 0.01, small, Failure::kAccelerometerBias, "6.accelerometer_bias"},
+      {of("6.b_a_m_s", "2.49"), 2.49, 0.01, small, none, "6.accelerometer_limit"},
+      {of("6.b_g_rad_s", "1.01"), 0.1, 1.01, small, Failure::kGyroscopeBias, "6.gyroscope_bias"},
       {"6.b_g_in_degrees", 0.1, 0.99, small, none, "6.gyroscope_limit"},
-      {Text("6.step_m", {{"x", Word("5.01")}}), 0.1, 0.01, 5.01 * Vec3(-0.6, 0.8, 0), Failure::kPositionJump,
-       "6.position_jump"},
+      {of("6.step_m", "5.01"), 0.1, 0.01, 5.01 * Vec3(-0.6, 0.8, 0), Failure::kPositionJump, "6.position_jump"},
       {"6.step_level_and_upwards", 0.1, 0.01, Vec3(-2.976, 3.968, 0.9), Failure::kPositionJump,
        "6.length_step_counts_height"},
-      {Text("6.step_m", {{"x", Word("4.99")}}), 0.1, 0.01, 4.99 * Vec3(0.6, 0.8, 0), none, "6.step_limit"},
-      {Text("6.step_m_upwards", {{"x", Word("2.01")}}), 0.1, 0.01, Vec3(0, 0, 2.01), Failure::kHeightJump,
-       "6.height_jump"},
-      {Text("6.step_m_upwards", {{"x", Word("1.01")}}), 0.1, 0.01, Vec3(0, 0, 1.01), Failure::kHeightJump,
-       "6.height_in_whole_meters"},
-      {Text("6.step_m_downwards", {{"x", Word("1.01")}}), 0.1, 0.01, Vec3(0, 0, -1.01), Failure::kHeightJump,
-       "6.downwards_counts_too"},
-      {Text("6.step_m_upwards", {{"x", Word("0.99")}}), 0.1, 0.01, Vec3(0, 0, 0.99), none, "6.height_limit"},
+      {of("6.step_m", "4.99"), 0.1, 0.01, 4.99 * Vec3(0.6, 0.8, 0), none, "6.step_limit"},
+      {of("6.step_m_upwards", "2.01"), 0.1, 0.01, Vec3(0, 0, 2.01), Failure::kHeightJump, "6.height_jump"},
+      {of("6.step_m_upwards", "1.01"), 0.1, 0.01, Vec3(0, 0, 1.01), Failure::kHeightJump, "6.height_in_whole_meters"},
+      {of("6.step_m_downwards", "1.01"), 0.1, 0.01, Vec3(0, 0, -1.01), Failure::kHeightJump, "6.downwards_counts_too"},
+      {of("6.step_m_upwards", "0.99"), 0.1, 0.01, Vec3(0, 0, 0.99), none, "6.height_limit"},
       {"6.all_at_their_limits", 2.5, 1.0, Vec3(3, -4, 0), none, "6.value_limit_no_failure"},
-      {Text("6.step_m_downwards", {{"x", Word("1")}}), 0.1, 0.01, Vec3(0, 0, -1), none, "6.value_limit_no_failure"},
+      {of("6.step_m_downwards", "1"), 0.1, 0.01, Vec3(0, 0, -1), none, "6.value_limit_no_failure"},
   };
 }
 
@@ -333,9 +326,7 @@ TEST(Stage6, TheWindowSlidesAgainAndAgain) {
     const std::string number = Numbered("", k);
     scene.Step();
     const DropSet right = RightDropSet(flags[k], window), drop = DropSetIn(answer, &scene, number);
-    if (!Same(drop, right)) {
-      Fail({{"6.drop_set_window_slid", {{"set", Inventory(drop)}}}});
-    }
+    if (!Same(drop, right)) Fail({{"6.drop_set_window_slid", {{"set", Inventory(drop)}}}});
     if (!drop.edges.empty()) {
       CheckPrior(answer, number, EliminateVertices(right.edges, right.vertices), &scene);
       window.prior = std::make_shared<EdgePrior>(Marginalize(right.edges, right.vertices));

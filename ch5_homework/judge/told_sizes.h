@@ -1,8 +1,9 @@
 #pragma once
 /// What Eigen's assertions know of sizes, told before they end a student's program. Included before Eigen.
 ///
-/// An assertion is a macro: in it the parameters of Eigen's own functions have their names, startRow of a block, aLhs of a sum.
-/// Where a function has no such parameter, the name is that of a constant below, which has no size.
+/// An assertion is a macro: in it the parameters of Eigen's own functions and the members of its classes have their names,
+/// startRow of a block, m_lhs of a sum or a product. Where there is no such name, it is that of a constant below, which has
+/// no size.
 
 #include <cassert>
 #include <cstdio>
@@ -38,7 +39,7 @@ Told SizeOf(const Other&, long) {
 
 // NOLINTBEGIN(readability-identifier-naming): Eigen's names
 namespace Eigen {
-constexpr ch5::homework::Unknown startRow, startCol, blockRows, blockCols, xpr, aLhs, aRhs, dst, src;
+constexpr ch5::homework::Unknown startRow, startCol, blockRows, blockCols, xpr, m_lhs, m_rhs, dst, src;
 }
 // NOLINTEND(readability-identifier-naming)
 
@@ -49,8 +50,22 @@ constexpr ch5::homework::Unknown startRow, startCol, blockRows, blockCols, xpr, 
                                  {{startRow, startCol},                       \
                                   {blockRows, blockCols},                     \
                                   CH5_SIZE(xpr),                              \
-                                  CH5_SIZE(aLhs),                             \
-                                  CH5_SIZE(aRhs),                             \
+                                  CH5_SIZE(m_lhs),                            \
+                                  CH5_SIZE(m_rhs),                            \
                                   CH5_SIZE(dst),                              \
                                   CH5_SIZE(src)}))
+
+#include <Eigen/Core>
+
+namespace Eigen::internal {
+// Eigen resizes what is assigned to, and a block's resize(…), which refuses, knows neither size.
+template <typename X, int m, int n, bool inner, typename Src, typename A, typename B>
+void resize_if_allowed(Block<X, m, n, inner>& dst, const Src& src, const assign_op<A, B>&) {
+  eigen_assert(dst.rows() == src.rows() && dst.cols() == src.cols());
+}
+template <typename X, int n, typename Src, typename A, typename B>
+void resize_if_allowed(VectorBlock<X, n>& dst, const Src& src, const assign_op<A, B>&) {
+  eigen_assert(dst.rows() == src.rows() && dst.cols() == src.cols());
+}
+}  // namespace Eigen::internal
 #endif

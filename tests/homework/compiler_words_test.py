@@ -55,8 +55,16 @@ class WordsOfTheCompiler(unittest.TestCase):
                 verdict = compiler.does_not_compile("problem.cc", done.stdout + done.stderr, path.read_bytes())
         return in_short(verdict.diagnosis, ENGLISH)
 
-    def test_a_missing_brace(self):
-        self.assertRegex(self.hint(TINY.replace("  }\n}\nvoid", "}\nvoid")), r"problem.cc:10: a closing brace is missing")
+    def test_what_a_file_lacks_or_has_too_much(self):
+        declared = TINY.replace("void Problem::MakeHessian() {\n", "void Helper(int n);\nvoid Problem::MakeHessian() {\n  Helper(1);\n")
+        for content, words in (
+                (TINY.replace("  }\n}\nvoid", "}\nvoid"), "problem.cc:10: a closing brace is missing"),
+                (TINY.replace(" > 2) {", " > 2) int a = 1;").replace("  }\n}", "    a = 2;\n  }\n}"),
+                 "problem.cc:9: one closing brace too many above line 9, or an opening one is missing"),
+                (TINY.replace("  }\n}\nvoid", "  }\n}\n}\nvoid"), "problem.cc:11: one closing brace too many"),
+                (declared, "Helper is used in problem.cc, but nothing defines it"), ("\n", "problem.cc is empty"),
+                (TINY.encode("utf-16"), "saved as UTF-16"), (TINY.encode("utf-16-le"), "saved as UTF-16")):
+            self.assertIn(words, self.hint(content))
 
     def test_a_function_that_the_library_has_too(self):
         library = "int Hat(double x) { return x; }\nint main() {}"
@@ -110,13 +118,6 @@ class WordsOfTheCompiler(unittest.TestCase):
         with mock.patch.object(judge, "output_of", return_value=f"/problem.cc:{digits}:1"):
             self.assertEqual(judge.locate(Path("worker"), "problem.cc", "worker(+0x1)", judge.output_of), "")
 
-    def test_an_opening_brace_that_is_missing(self):
-        text = TINY.replace(" > 2) {", " > 2) int a = 1;").replace("  }\n}", "    a = 2;\n  }\n}")
-        self.assertRegex(self.hint(text), r"problem.cc:9: one closing brace too many above line 9, or an opening one is missing")
-
-    def test_a_brace_too_many(self):
-        self.assertRegex(self.hint(TINY.replace("  }\n}\nvoid", "  }\n}\n}\nvoid")), "problem.cc:11: one closing brace too many")
-
     def test_exchanged_arguments_show_the_students_line(self):
         for name, words in (("g++", r"function .*Edge::Edge\(Vec3, Qd\)"), ("clang++", "constructor .*Edge")):
             if shutil.which(name):
@@ -129,20 +130,11 @@ class WordsOfTheCompiler(unittest.TestCase):
         self.assertIn("the function Problem::MakeHessian is missing in problem.cc; it was there in the skeleton",
                       self.hint(without, call))
 
-    def test_a_function_that_is_only_declared(self):
-        declared = TINY.replace("void Problem::MakeHessian() {\n", "void Helper(int n);\nvoid Problem::MakeHessian() {\n  Helper(1);\n")
-        self.assertIn("Helper is used in problem.cc, but nothing defines it", self.hint(declared))
-
     def test_a_header_that_is_not_the_students(self):
         words = f"{ROOT}/ch5_backend/dense/problem.h:30:5: error: expected ';' before '}}' token"
         told = in_short(compiler.does_not_compile("problem.cc", words, b"int x;").diagnosis, ENGLISH)
         self.assertIn("ch5_backend/dense/problem.h:30 does not compile, and that file is not part of the homework", told)
         self.assertIn("git checkout ch5_backend/dense/problem.h", told)
-
-    def test_files_that_hold_no_code(self):
-        self.assertIn("saved as UTF-16", self.hint(TINY.encode("utf-16")))
-        self.assertIn("saved as UTF-16", self.hint(TINY.encode("utf-16-le")))
-        self.assertIn("problem.cc is empty", self.hint("\n"))
 
     def test_a_place_names_the_folder_that_is_judged(self):
         with mock.patch.object(compiler, "HOMEWORK", Path("/somewhere/else")):

@@ -34,7 +34,7 @@ class Deep(FolderTest):
             without_comments = re.sub(r"^ +//.*\n", "", deep, flags=re.MULTILINE)  # as one deletes a task that is done
             self.assertTrue(asks_deep(without_comments.encode()))
 
-    def test_at_the_third_depth_only_the_tasks_are_left(self):
+    def test_at_the_third_depth_only_the_names_of_tasks_are_left(self):
         for name in FILES:
             bare = skeleton(name, depth=3)
             self.assertEqual((depth_of(skeleton(name).encode()), depth_of(skeleton(name, depth=2).encode()), depth_of(bare.encode())), (1, 2, 3))
@@ -44,7 +44,8 @@ class Deep(FolderTest):
                 self.assertIn(throws, ([], code), body)
             for region in regions(solution_text(name)):
                 self.assertEqual(bare.count(f'throw HomeworkMissing("{region.todo} '), 1)
-                self.assertEqual(bare.count(f"TODO:: home work {region.todo}."), 1)
+                self.assertEqual(bare.count(f"TODO:: home work {region.todo}. {region.place}."), 1)
+            self.assertIsNone(re.search(r"^// .*Stage [^:\n]*:.*=", bare, re.MULTILINE), name)
 
     def test_there_and_back(self):
         for words, depth in (([], 2), (["--bare"], 3), ([], 2)):

@@ -13,6 +13,13 @@ MatXX Numbers(int rows, int columns, double start) {
   return A;
 }
 
+// The cause that is found, as JSON, or "".
+std::string CauseOf(const Formula& formula, const MatXX& got, const std::vector<Formula>& earlier = {}) {
+  const auto found = FindSlip(
+      formula, got, [&](const MatXX& answer) { return Equal(got, answer, 1e-9); }, earlier);
+  return found ? found->cause.Json() : "";
+}
+
 struct Solved {
   MatXX big = Numbers(5, 5, 0.3), C = Numbers(3, 2, 0.9), x = Numbers(2, 1, 2.0);
   VecX b = Numbers(5, 1, 1.1);
@@ -81,33 +88,25 @@ TEST(Formula, NamesSlipsInProductsOfInverses) {
   const MatXX U = Numbers(4, 2, 0.2), V = Numbers(4, 2, 1.4), I = MatXX::Identity(4, 4), Vt = V.transpose();
   const Expression u = Matrix("U", U), v_t = Transpose(Matrix("V", V));
   const Formula Q{Matrix("I", I) - u * Inverse(v_t * u) * v_t};
-  const auto named = [](const Formula& formula, const MatXX& got) {
-    const auto found = FindSlip(formula, got, [&](const MatXX& answer) { return Equal(got, answer, 1e-9); });
-    return found ? found->cause.Json() : "";
-  };
   EXPECT_TRUE(Equal(Value(Q.right), I - U * (Vt * U).inverse() * Vt, 1e-9));
-  EXPECT_EQ(named(Q, I - U * Vt * U * Vt), R"~({"id": "formula.inverse_meant", "matrix": "Vᵀ U"})~");
-  EXPECT_EQ(named(Q, I - V * (U.transpose() * V).inverse() * U.transpose()),
+  EXPECT_EQ(CauseOf(Q, I - U * Vt * U * Vt), R"~({"id": "formula.inverse_meant", "matrix": "Vᵀ U"})~");
+  EXPECT_EQ(CauseOf(Q, I - V * (U.transpose() * V).inverse() * U.transpose()),
             R"~({"id": "formula.exchanged", "this": "U", "that": "V"})~");
 
   const MatXX B = Numbers(2, 2, 0.6), C = Numbers(3, 2, 0.4), A = Numbers(3, 3, 0.8) + 3.0 * MatXX::Identity(3, 3);
   const Formula y{Inverse(Matrix("A", A)) * Matrix("C", C), {Matrix("B", B)}};
-  EXPECT_EQ(named(y, C * B.inverse()), R"~({"id": "formula.stands_for", "this": "C B⁻¹", "that": "A⁻¹ C"})~");
+  EXPECT_EQ(CauseOf(y, C * B.inverse()), R"~({"id": "formula.stands_for", "this": "C B⁻¹", "that": "A⁻¹ C"})~");
 }
 
 TEST(Formula, NamesWhatIsUsedForTooMuch) {
   const MatXX J = Numbers(3, 3, 0.8), e = Numbers(3, 1, 0.1), x = Numbers(3, 1, 1.9);
-  const auto named = [](const Formula& formula, const MatXX& got) {
-    const auto found = FindSlip(formula, got, [&](const MatXX& answer) { return Equal(got, answer, 1e-9); });
-    return found ? found->cause.Json() : "";
-  };
-  EXPECT_EQ(named({Matrix("e", e) + Matrix("J", J) * Matrix("x", x)}, J * (e + x)),
+  EXPECT_EQ(CauseOf({Matrix("e", e) + Matrix("J", J) * Matrix("x", x)}, J * (e + x)),
             R"~({"id": "formula.multiplies_all", "this": "J", "that": "e + J x"})~");
   MatXX D = MatXX::Zero(4, 4), first = D;
   for (int k = 0; k < 4; k += 2) D.block(k, k, 2, 2) = (k + 2.0) * MatXX::Identity(2, 2) + MatXX::Constant(2, 2, 0.3);
   const MatXX inverse = D.inverse(), B = Numbers(4, 1, 0.7);
   for (int k = 0; k < 4; k += 2) first.block(k, k, 2, 2) = inverse.block(0, 0, 2, 2);
-  EXPECT_EQ(named({Inverse(Matrix("D", D), {2, 2}) * Matrix("B", B)}, first * B),
+  EXPECT_EQ(CauseOf({Inverse(Matrix("D", D), {2, 2}) * Matrix("B", B)}, first * B),
             R"~({"id": "formula.one_block_for_all", "n": "0", "matrix": "D⁻¹"})~");
 }
 
@@ -125,9 +124,7 @@ TEST(Formula, NamesWhatLandsElsewhereOrStays) {
   MatXX got = MatXX::Zero(6, 6);
   got.topLeftCorner(2, 2) = Numbers(4, 4, 0.3).topLeftCorner(2, 2);
   got.block(0, 1, 2, 2) = Numbers(4, 4, 0.3).topRightCorner(2, 2);
-  const auto found = FindSlip(copied, got, [&](const MatXX& answer) { return Equal(got, answer, 1e-9); });
-  ASSERT_TRUE(found);
-  EXPECT_EQ(found->cause.Json(),
+  EXPECT_EQ(CauseOf(copied, got),
             R"~({"id": "formula.lies_at", "block": "B", "i": "0", "j": "1", "row": "0", "column": "4"})~");
 
   const auto product = [](double call) {
@@ -135,11 +132,8 @@ TEST(Formula, NamesWhatLandsElsewhereOrStays) {
   };
   const Formula first = product(1.0), second = product(2.0);
   const MatXX kept = Numbers(3, 3, 1.0) * Numbers(3, 1, 4.0);
-  const auto is_kept = [&](const MatXX& answer) { return Equal(kept, answer, 1e-9); };
-  EXPECT_FALSE(FindSlip(second, kept, is_kept));
-  const auto stays = FindSlip(second, kept, is_kept, {first});
-  ASSERT_TRUE(stays);
-  EXPECT_EQ(stays->cause.Json(), R"~({"id": "formula.kept_from_the_first", "this": "A"})~");
+  EXPECT_EQ(CauseOf(second, kept), "");
+  EXPECT_EQ(CauseOf(second, kept, {first}), R"~({"id": "formula.kept_from_the_first", "this": "A"})~");
 }
 
 // The signs of x are lost where they are negative: an earlier call, in which that sign was right, refutes the term's.
@@ -150,10 +144,8 @@ TEST(Formula, NamesNoSlipThatAnEarlierCallRefutes) {
   };
   const Formula earlier = sum(2.0), now = sum(-2.0);
   const MatXX got = Numbers(2, 1, 3.0) - 2.0 * Numbers(2, 1, 1.0);
-  const auto is = [&](const MatXX& answer) { return Equal(got, answer, 1e-9); };
-  const auto cause = [](const std::optional<Mistake>& found) { return found ? found->cause.Json() : ""; };
-  EXPECT_NE(cause(FindSlip(now, got, is)).find("formula.sign_"), std::string::npos);
-  EXPECT_NE(cause(FindSlip(now, got, is, {earlier})).find("formula.signs_lost"), std::string::npos);
+  EXPECT_NE(CauseOf(now, got).find("formula.sign_"), std::string::npos);
+  EXPECT_NE(CauseOf(now, got, {earlier}).find("formula.signs_lost"), std::string::npos);
 }
 
 // Two edges add JᵀJ of their own; what one statement of the loop does, it does for both.
@@ -172,29 +164,25 @@ TEST(Formula, NamesASlipInALoop) {
     A.bottomRightCorner(2, 2) += last * J[1].transpose() * J[1];
     return A;
   };
-  const auto named = [&](const MatXX& got) {
-    const auto found = FindSlip(H, got, [&](const MatXX& answer) { return Equal(got, answer, 1e-9); });
-    return found ? found->cause.Json() : "";
-  };
   EXPECT_TRUE(Equal(Value(H.right), assembled(2.0, 3.0), 1e-12));
-  EXPECT_EQ(named(assembled(1.0, 1.0)), R"~({"id": "formula.missing_in", "this": "W", "product": "Jᵀ W J"})~");
-  EXPECT_EQ(named(assembled(0.0, 3.0)),
+  EXPECT_EQ(CauseOf(H, assembled(1.0, 1.0)), R"~({"id": "formula.missing_in", "this": "W", "product": "Jᵀ W J"})~");
+  EXPECT_EQ(CauseOf(H, assembled(0.0, 3.0)),
             R"~({"id": "formula.shares_missing", "kind": {"id": "a.first"}, "matrix": "H"})~");
 
   // J of the first turn in every turn; a block that loses its signs, or lands a row too far.
   MatXX kept = assembled(2.0, 0.0), unsigned_ones = kept, shifted = kept;
   kept.bottomRightCorner(2, 2) += 3.0 * J[0].transpose() * J[0];
-  EXPECT_EQ(named(kept), R"~({"id": "formula.kept_from_the_first", "this": "J"})~");
+  EXPECT_EQ(CauseOf(H, kept), R"~({"id": "formula.kept_from_the_first", "this": "J"})~");
   unsigned_ones.bottomRightCorner(2, 2) += 3.0 * J[1].cwiseAbs().transpose() * J[1].cwiseAbs();
   EXPECT_EQ(
-      named(unsigned_ones),
+      CauseOf(H, unsigned_ones),
       R"~({"id": "formula.in_kind", "kind": {"id": "a.last"}, "cause": {"id": "formula.signs_lost", "matrix": "J"}})~");
   shifted.topRightCorner(2, 2) += 3.0 * J[1].transpose() * J[1];
-  EXPECT_EQ(named(shifted), R"~({"id": "formula.one_row_off", "kind": {"id": "a.last"}})~");
+  EXPECT_EQ(CauseOf(H, shifted), R"~({"id": "formula.one_row_off", "kind": {"id": "a.last"}})~");
 
   MatXX twice = Value(H.right);
   twice.topRightCorner(2, 2) += Value(shares[0].x);
-  EXPECT_EQ(named(twice), R"~({"id": "formula.stands_there_too", "this": "Jᵀ W J", "i": "0", "j": "1"})~");
+  EXPECT_EQ(CauseOf(H, twice), R"~({"id": "formula.stands_there_too", "this": "Jᵀ W J", "i": "0", "j": "1"})~");
 
   for (size_t k = 0; k < 3; ++k) {
     if (k == 2) shares.push_back({Matrix("more", Numbers(3, 3, 0.2)), {0, 0}});
@@ -207,10 +195,7 @@ TEST(Formula, NamesASlipInALoop) {
                                 {"formula.loop_begins_late", turn(1) + turn(2)},
                                 {"formula.loop_ends_early", turn(0) + turn(1)},
                                 {"formula.loop_keeps_last", turn(2)}}) {
-    const MatXX answer = got;
-    const auto found = FindSlip(in_turns, answer, [&](const MatXX& one) { return Equal(answer, one, 1e-9); });
-    ASSERT_TRUE(found) << id;
-    EXPECT_EQ(found->cause.Json(), std::string(R"({"id": ")") + id + R"(", "loop": {"id": "a.loop"}})");
+    EXPECT_EQ(CauseOf(in_turns, got), std::string(R"({"id": ")") + id + R"(", "loop": {"id": "a.loop"}})");
   }
 }
 

@@ -53,6 +53,7 @@ class Hints(unittest.TestCase):
     def test_a_stage_means_all_its_sections(self):
         self.assertEqual(said("6", "1"), said("6A", "1") + said("6B", "1"))
         self.assertEqual(said("1", "2"), said("1.1", "2") + said("1.2", "2"))
+        self.assertEqual(said("Problem.cc", "2"), said("1", "2") + said("2", "2"))
 
     def test_check_finds_a_stage_by_its_todo_and_its_file_too(self):
         for name, stages in (("1.2", ["1.2"]), ("6A", ["6"]), ("1.1a", ["1.1"]), ("2e", ["2"]), ("ch5_homework/problem.cc", ["1.1", "1.2", "2"]),

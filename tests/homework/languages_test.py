@@ -216,7 +216,7 @@ class Read(unittest.TestCase):
         self.assertEqual(verdict.state, "not-started")
         self.assertIn("C++ exception", self.read('x.cc:1\nC++ exception of another kind').output)
         blank = self.read('"TODO 1.1a MakeHessian, the block (v_i, v_j) is not started"').diagnosis
-        self.assertEqual(in_short(blank, ENGLISH), "TODO 1.1a MakeHessian, the block (v_i, v_j) is not started.")
+        self.assertEqual(in_short(blank, ENGLISH), "TODO 1.1a is not started: MakeHessian, the block (v_i, v_j).")
         self.assertEqual(in_short(blank, CHINESE), "TODO 1.1a 还没有开始：MakeHessian（块 (v_i, v_j)）。")
         library = self.read('C++ exception with description "AddEdge: the edge is null" thrown').diagnosis
         self.assertEqual(english_in(in_short(library, CHINESE)), "")

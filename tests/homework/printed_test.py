@@ -81,6 +81,7 @@ class Printed(FolderTest):
                 ("6 6 12 12 12 9" + " -1" * 8, "startRow >= 0", "block(6, 6, 12, 12) of a 12×9 matrix"),
                 ("3 0 6 1 5 1" + " -1" * 8, "startRow >= 0", "segment(3, 6) of a vector of 5"),
                 ("-1 -1 -1 -1 -1 -1 12 12 3 4 -1 -1 -1 -1", "aLhs.rows() == aRhs.rows()", "different sizes: 12×12 and 3×4"),
+                ("-1 -1 -1 -1 -1 -1 3 4 5 6 -1 -1 -1 -1", "lhs.cols() == rhs.rows()", "product do not fit: 3×4 and 5×6"),
                 ("-1 -1 -1 -1 -1 -1 -1 -1 -1 -1 6 6 6 12", "dst.rows() == src.rows()", "different sizes: 6×6 and 6×12"),
                 ("-1 -1 -1 -1 12 12" + " -1" * 8, "startRow >= 0", "outside its matrix, in the test")):
             verdict = self.verdict(f'print("\\nSIZES {numbers}\\nx: f: Assertion `{assertion}\' failed.\\n\\nCRASH Aborted in Second", flush=True); '

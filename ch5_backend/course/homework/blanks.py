@@ -10,7 +10,7 @@ from .regions import STAGES
 
 MOST_NAMES = 50  # of a line that are looked for in the lines above it
 DEEP = "// The second depth (./course deep): more blanks than usual.\n"  # the first line of such a file
-BARE = "// The third depth (./course deep --bare): empty functions; the handout has their formulas.\n"  # below it
+BARE = "// The third depth (./course deep --bare): empty functions; the handout has their formulas.\n"  # likewise
 DECLARATION = re.compile(r"\s*(?:MatXX|VecX)\b([\w,\s]*);")
 
 
@@ -23,8 +23,8 @@ def content_of(path: Path):
 
 
 def asks_deep(content: bytes) -> bool:
-    """Whether a file is at the second depth: its first line says so, or it still contains a task that only the second depth has."""
-    return DEEP.strip().encode() in content or any(
+    """Whether a file is at the second or third depth: its first line says so, or it contains a task that only these have."""
+    return any(first.strip().encode() in content for first in (DEEP, BARE)) or any(
         f"home work {todo}.".encode() in content for stage in STAGES for todo in stage.get("deep", []))
 
 

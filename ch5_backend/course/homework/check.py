@@ -97,7 +97,7 @@ def held_back(stages: list, verdicts: list, counts: bool = True) -> list:
 def select(asked: list) -> list:
     """The requested rows of the table; "1" means 1.1 and 1.2, and a stage's sections, TODOs and file mean it too."""
     def means(name: str, stage: dict) -> bool:
-        return covers(name.upper(), stage) or name.lower() in todos_of(stage) or name == stage["file"]
+        return covers(name.upper(), stage) or name.lower() in todos_of(stage)
     names = {plain(name): name for name in asked if name.lower() not in ("stage", "阶段")}  # "stage 3" may be two words
     for name in names:
         if not any(means(name, stage) for stage in STAGES):

@@ -33,7 +33,7 @@ def skeleton(name: str, blanks=None, depth: int = 1) -> str:
         blank = region.todo in blanks if blanks is not None else depth > 1 or region.kind == "SOLUTION"
         return region.blank(depth > 1) if blank else region.solution
     text = fill(solution_text(name), content)
-    return (text, DEEP + text, DEEP + BARE + emptied(text))[depth - 1]
+    return (text, DEEP + text, BARE + emptied(text))[depth - 1]
 
 
 def check(folder: Path) -> int:

@@ -9,8 +9,8 @@ A region of solutions/NAME.cc reads
     // END SOLUTION
 
 At the second depth, deep, a region becomes its throw alone; and regions between // BEGIN DEEP and // END DEEP, whose
-solution everybody else is given, become blank too. At the third depth nothing is left of a function with a blank but its
-tasks and their throws.
+solution everybody else is given, become blank too. At the third depth nothing is left of a function with a blank but the
+names of its tasks and their throws.
 
 The students' archive has solutions/NAME.cc.blank instead: the same text without what the first depth asks for.
 """
@@ -33,8 +33,8 @@ def sections_of(stage: dict) -> list:
 
 
 def covers(name: str, stage: dict) -> bool:
-    """Whether a name means this stage: "1" means 1.1 and 1.2, and a section its stage."""
-    return stage["id"].startswith(name + ".") or name in [stage["id"], *sections_of(stage)]
+    """Whether a name means this stage: "1" means 1.1 and 1.2, and a section or a file its stages."""
+    return stage["id"].startswith(name + ".") or name in [stage["id"], *sections_of(stage)] or name.lower() == stage["file"]
 
 
 @dataclass(frozen=True)
@@ -77,16 +77,16 @@ def fill(text: str, content) -> str:
 
 
 _FUNCTION = re.compile(r"^(?P<head>(?!namespace|//|#)\S(?:[^\n]*[^\n;{]\n)*?[^\n]*\{\n)(?P<body>.*?)^\}\n", re.MULTILINE | re.DOTALL)
-_TASK = re.compile(r"((?: *//[^\n]*\n)*) *(throw HomeworkMissing\([^\n]*\);\n)")
+_TASK = re.compile(r'(throw HomeworkMissing\("(\S+) ([^"]*)"\);\n)')
+_FORMULA_ABOVE = re.compile(r"(?m)^(?P<heading>// (?:---- )?Stage [\w.]+)(?=:[^\n]*=)[^\n]*|^(?://\n)?// [^\n]*\|[^\n]*\n")
 
 
 def emptied(text: str) -> str:
-    """The skeleton of the second depth at the third."""
+    """The skeleton of the second depth at the third: no function with a blank keeps a line, nor a formula above it."""
     def only_tasks(function) -> str:
-        tasks = [(re.sub(r"^ *//", "  //", said[said.find("// TODO"):], flags=re.MULTILINE), throw) for said, throw in _TASK.findall(function["body"])]
-        body = "\n".join(f"{said}  {throw}" for said, throw in tasks)
-        return f"{function['head']}{body}}}\n" if tasks else function[0]
-    return _FUNCTION.sub(only_tasks, text)
+        tasks = [f"  // TODO:: home work {todo}. {place}.\n  {throw}" for throw, todo, place in _TASK.findall(function["body"])]
+        return function["head"] + "\n".join(tasks) + "}\n" if tasks else function[0]
+    return _FORMULA_ABOVE.sub(r"\g<heading>", _FUNCTION.sub(only_tasks, text))
 
 
 def blanked(text: str) -> str:

@@ -336,7 +336,7 @@ void TermsOfOtherCounts(const View& v) {
     if (is_half) count = half;
     if (!is_half && std::abs(count / term.factor - 1.0) < 1e-3) return;  // that is no count, but another small error
     odd_ones += !is_half;
-    times[k] = count / term.factor;
+    times[k] = count / term.factor + 0.0;  // no −0
     if (count != term.factor) {
       ++wrong_ones;
       wrong = k;
@@ -350,7 +350,9 @@ void TermsOfOtherCounts(const View& v) {
   const Expression instead = Sum(parts, factors);
   if (wrong_ones == 1) {
     const std::string term = NameOf(terms[static_cast<size_t>(wrong)].x);
-    v.report(Say("formula.term_times", {{"term", term}, {"k", Number(times[wrong])}}), instead);
+    v.report(Say(v.was_right ? "formula.term_times_here" : "formula.term_times",
+                 {{"term", term}, {"k", Number(times[wrong])}}),
+             instead);
   } else {
     v.report(Say("formula.combination", {{"this", NameOf(instead)}, {"that", NameOf(v.x)}}), instead);
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ctime>
 #include <map>
 #include <set>
 #include <utility>
@@ -165,6 +166,11 @@ std::map<std::string, Expression> FirstOnes(const Expression& x) {
   return first;
 }
 
+// Of large matrices all slips would take minutes. Those of small ones take less than a tenth of this.
+constexpr std::clock_t kLongest = 5 * CLOCKS_PER_SEC;
+std::clock_t search_began = 0;
+bool IsLate() { return std::clock() - search_began > kLongest; }
+
 class Search {
  public:
   /// @param cause  no slip but those with this cause, if it is not null
@@ -202,11 +208,12 @@ class Search {
       }
       for (const Family& family : families) {
         TryFamily(rule, way, family, kinds);
-        if (found_) return found_;
+        if (found_ || IsLate()) return found_;
       }
       for (const Site& site : sites) {
-        if (found_) return found_;
-        rule({site.x, site.is_whole, formula_, got_, named, [&](const Text& cause, const Expression& instead) {
+        if (found_ || IsLate()) return found_;
+        rule({site.x, site.is_whole, formula_, got_, named, !earlier_.empty(),
+              [&](const Text& cause, const Expression& instead) {
                 if (found_) return;
                 if (!instead) {
                   if (IsAsked(cause)) found_ = Mistake{site.todo, cause, got_};
@@ -235,7 +242,7 @@ class Search {
     std::map<std::string, size_t> known;
     for (const Expression& node : family.nodes) {
       std::map<std::string, int> times;
-      rule({node, false, formula_, got_, nothing_else, [&](const Text& cause, const Expression& instead) {
+      rule({node, false, formula_, got_, nothing_else, false, [&](const Text& cause, const Expression& instead) {
               if (!instead) return;
               const std::string key = cause.Json() + std::to_string(times[cause.Json()]++);
               const auto [at, is_new] = known.try_emplace(key, slips.size());
@@ -257,9 +264,10 @@ class Search {
   }
 
   void Try(const Text& cause, const std::string& todo, const Expression& changed) {
-    if (found_ || !IsAsked(cause)) return;
+    if (found_ || !IsAsked(cause) || IsLate()) return;
     const auto& answer = TryValue(changed);
-    if (answer && is_(*answer) && (depends_on_values_ || !IsRefuted(cause))) found_ = Mistake{todo, cause, *answer};
+    if (!answer || !is_(*answer) || (!depends_on_values_ && IsRefuted(cause))) return;
+    if (!IsLate()) found_ = Mistake{todo, cause, *answer};  // and so has been compared with all earlier calls
   }
 
   bool depends_on_values_ = false;
@@ -323,6 +331,7 @@ Text SharesAt(const Node& assembly, Index row, Index column) {
 std::optional<Mistake> FindSlip(const Formula& formula, const MatXX& got,
                                 const std::function<bool(const MatXX& answer)>& is,
                                 const std::vector<Formula>& earlier) {
+  search_began = std::clock();
   Search search(formula, got, is, earlier);
   const std::vector<Expression> ways = WaysOf(formula), of_first = WaysOf(earlier.empty() ? formula : earlier[0]);
   for (const Expression& way : ways) {

@@ -111,9 +111,9 @@ std::vector<Loop::WrongRow> WrongRows(const Loop& loop) {
            {number, [dim](const Edge&edge, size_t k) { return static_cast<int>(k) * dim(edge, k); }},
            {id, [](const Edge&edge, size_t k) { return edge.Vertices()[k]->Id(); }},
            {id, [dim](const Edge&edge, size_t k) { return edge.Vertices()[k]->Id() * dim(edge, k); }},
-           {"assembly.size_for_row", dim},
            {other, [&loop](const Edge&edge, size_t) { return loop.row_of(edge, 0); }},
-           {other, [&loop](const Edge&edge, size_t) { return loop.row_of(edge, edge.Vertices().size() - 1); }}}) {
+           {other, [&loop](const Edge&edge, size_t) { return loop.row_of(edge, edge.Vertices().size() - 1); }},
+           {"assembly.size_for_row", dim}}) {
     rows.push_back(row);
   }
   return rows;
@@ -134,6 +134,9 @@ struct Wrong {
       const bool is = reached.count({t.number, t.at_i, t.at_j}) > 0;
       places.push_back({"assembly.break_at_fixed_vertex", is ? own : kNowhere});
     }
+    for (const Eigen::Index first : {t.row, t.column}) {  // before the sizes, which may be the same numbers
+      if (!of_b) places.push_back({kBlockOfOther, {first, first}});
+    }
     for (const auto& [name, row_of] : rows) {
       Eigen::Index i = row_of(t.edge(), t.at_i), j = row_of(t.edge(), t.at_j);
       if (t.is_mirrored) std::swap(i, j);
@@ -152,8 +155,6 @@ struct Wrong {
         {"assembly.mirror_always_below", t.is_mirrored && t.row < t.column ? Place{t.column, t.row} : own});
     const Place swapped = (t.row > t.column) != t.is_mirrored ? Place{t.column, t.row} : own;
     places.push_back({"assembly.moved_to_triangle_not_transposed", swapped});
-    places.push_back({kBlockOfOther, {t.row, t.row}});
-    places.push_back({kBlockOfOther, {t.column, t.column}});
     return places;
   }
 };
@@ -241,7 +242,7 @@ AssembledSystem::AssembledSystem(const Loop& loop) {
     to_H.push_back({transposed, kNowhere, {}, {}, {again}});  // the mirrored block is the same one
     to_b.push_back({loop.sign_of_b * SegmentOf(t), {t.row, 0}, from, {}, wrong.PlacesOf(t, true)});
   });
-  H = {WrittenAt(loop.todo_first, Assembly("H", loop.size, loop.size, to_H))};
+  H = {WrittenAt(loop.todo_first, Assembly(loop.name, loop.size, loop.size, to_H))};
   b = {WrittenAt(loop.todo_b, Assembly("b", loop.size, 1, to_b))};
 }
 

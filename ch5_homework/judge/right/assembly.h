@@ -17,6 +17,7 @@ struct Loop {
   EdgeList edges;
   int size;
   double sign_of_b;
+  const char* name = "H";  ///< of the matrix
   RowOf row_of = [](const Edge& edge, size_t k) { return edge.Vertices()[k]->OrderingId(); };
 
   /// Where a student writes J_iᵀ W_ρ J_j, adds it at (i, j) and at (j, i), and adds to b.
