@@ -139,7 +139,7 @@ TEST(Stage6, PriorStandsOnTheShiftedBlocks) {
   const Answer prior = Ask("GetParameterBlocks", scene,
                            {{"from", scene.PlaceOf(kept[0])}, {"to", scene.PlaceOf(taker)}, {"later", later}});
   VertexList got;
-  for (const double place : prior.Vector("vertices")) got.push_back(place == -2.0 ? nullptr : scene.At(place));
+  for (const double place : prior.Vector("vertices")) got.push_back(place < 0.0 ? nullptr : scene.At(place));
   std::map<int, VecX> x0;
   for (const auto& vertex : scene.free) x0[vertex->Id()] = vertex->Parameters();
   for (const auto& vertex : scene.free) vertex->Plus(later.data());
