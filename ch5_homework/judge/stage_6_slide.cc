@@ -202,7 +202,6 @@ TEST(Stage6, SlidesTheSecondNewestFrameOut) {
 
 // ---- 6j DetectFailure ------------------------------------------------------------------------------------------------
 
-// As in the code.
 Text NameOf(Failure failure) {
   static const std::array names{"kNone", "kAccelerometerBias", "kGyroscopeBias", "kPositionJump", "kHeightJump"};
   const auto number = static_cast<size_t>(failure);
@@ -298,9 +297,8 @@ void SlideRightly(MarginalizationFlag flag, Window* window) {
 
 // The prior on the vertices that the submission's is on; what it says is compared.
 void CheckPrior(const Answer& answer, const std::string& number, const MarginalSystem& right, WindowScene* scene) {
-  if (At<Vertex>(answer.Vector("prior" + number), scene->Vertices(), nullptr) != right.kept) {
-    Fail({"6.prior_on_other_vertices"});
-  }
+  const VertexList kept = At<Vertex>(answer.Vector("prior" + number), scene->Vertices(), nullptr);
+  if (kept != right.kept) Fail({"6.prior_on_other_vertices"});
   const MatXX& J = answer["J" + number];
   const VecX r0 = answer.Vector("r0" + number);
   if (r0.size() != J.rows()) throw WireError("J and r0 do not fit together");

@@ -1,9 +1,8 @@
 #pragma once
 /// What Eigen's assertions know of sizes, told before they end a student's program. Included before Eigen.
 ///
-/// An assertion is a macro: in it the parameters of Eigen's own functions and the members of its classes have their names,
-/// startRow of a block, m_lhs of a sum or a product. Where there is no such name, it is that of a constant below, which has
-/// no size.
+/// An assertion is a macro: in it the parameters and members of Eigen's own have their names, startRow of a block, m_lhs of a
+/// sum or a product. Where there is no such name, it is that of a constant below, which has no size.
 
 #include <cassert>
 #include <cstdio>

@@ -166,10 +166,8 @@ std::map<std::string, Expression> FirstOnes(const Expression& x) {
   return first;
 }
 
-// Of large matrices all slips would take minutes. Those of small ones take less than a tenth of this.
-constexpr std::clock_t kLongest = 5 * CLOCKS_PER_SEC;
-std::clock_t search_began = 0;
-bool IsLate() { return std::clock() - search_began > kLongest; }
+std::clock_t search_began = 0;  // of large matrices all slips would take minutes
+bool IsLate() { return std::clock() - search_began > 5 * CLOCKS_PER_SEC; }
 
 class Search {
  public:

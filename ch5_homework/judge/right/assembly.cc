@@ -113,7 +113,7 @@ std::vector<Loop::WrongRow> WrongRows(const Loop& loop) {
            {id, [dim](const Edge&edge, size_t k) { return edge.Vertices()[k]->Id() * dim(edge, k); }},
            {other, [&loop](const Edge&edge, size_t) { return loop.row_of(edge, 0); }},
            {other, [&loop](const Edge&edge, size_t) { return loop.row_of(edge, edge.Vertices().size() - 1); }},
-           {"assembly.size_for_row", dim}}) {
+           {"assembly.size_for_row", dim}}) {  // last: another vertex may begin at that row
     rows.push_back(row);
   }
   return rows;
@@ -134,9 +134,7 @@ struct Wrong {
       const bool is = reached.count({t.number, t.at_i, t.at_j}) > 0;
       places.push_back({"assembly.break_at_fixed_vertex", is ? own : kNowhere});
     }
-    for (const Eigen::Index first : {t.row, t.column}) {  // before the sizes, which may be the same numbers
-      if (!of_b) places.push_back({kBlockOfOther, {first, first}});
-    }
+    if (!of_b) places.insert(places.end(), {{kBlockOfOther, {t.row, t.row}}, {kBlockOfOther, {t.column, t.column}}});
     for (const auto& [name, row_of] : rows) {
       Eigen::Index i = row_of(t.edge(), t.at_i), j = row_of(t.edge(), t.at_j);
       if (t.is_mirrored) std::swap(i, j);
