@@ -65,8 +65,9 @@ TEST(Stage11, LandmarksOfDimensionOne) {
 
 TEST(Stage11, LandmarksOfDimensionThree) {
   CheckMakeHessian("points and a depth", "1.1.points_and_an_inverse_depth");
-  GraphScene light("light row", {false});
+  GraphScene light("light row", {false}), heavy("heavy row", {false});
   CheckMakeHessian(&light, "scene.light_row");
+  CheckMakeHessian(&heavy, "scene.heavy_row");
 }
 
 TEST(Stage11, FixedVerticesHaveNoRows) { CheckMakeHessian("fixed vertices", "1.1.some_vertices_fixed"); }

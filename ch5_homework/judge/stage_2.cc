@@ -122,6 +122,7 @@ TEST(Stage2, APoseOutOfAWindow) {
   // In units in which all numbers are small, but none is zero; the eigenvalues stay above the original's limit of 1e-8.
   const MatXX small = 1e-7 * (RandomPositiveDefinite(n, &random) + MatXX::Identity(n, n));
   CheckMarginalize(small, 1e-7 * RandomMatrix(n, 1, &random), 6, 6);
+  CheckMarginalize(1e14 * small, 1e7 * RandomMatrix(n, 1, &random), 6, 6);  // and large
 }
 
 // What leaves was not measured in all its directions: nothing has measured its last component, or only the difference of

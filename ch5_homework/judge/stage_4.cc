@@ -15,7 +15,8 @@ namespace ch5::homework {
 namespace {
 
 constexpr GaugeGroup kGroups[] = {GaugeGroup::kVisualInertial, GaugeGroup::kMonocular};
-constexpr double kTolerance = 1e-7;            // of numerical derivatives
+constexpr double kTolerance = 1e-7;            // of our numerical derivatives
+constexpr double kBlockTolerance = 1e-8;       // of formulas, which may be differences; less than a float's
 constexpr double kSmallestEigenvalue = 5e-9;   // of the largest one
 constexpr double kCovarianceTolerance = 1e-5;  // over 1000 seeds they are exact to 1.3e-8
 
@@ -50,7 +51,7 @@ MatXX Transformed(const MatXX& covariance, const MatXX& motion, const MatXX& Q, 
 // Three rows block by block, so that a mistake is named whatever the other blocks are.
 void CheckBlock(const Text& what, const formula::Formula& right, const MatXX& got, const std::string& row,
                 const Names& columns, const std::string& todo) {
-  Require({what, todo, {}, {Words({row + ".x", row + ".y", row + ".z"}), columns}, kTolerance}, right, got);
+  Require({what, todo, {}, {Words({row + ".x", row + ".y", row + ".z"}), columns}, kBlockTolerance}, right, got);
 }
 
 Names Shifts(GaugeGroup group) {
@@ -170,7 +171,7 @@ void CheckMotion(GraphScene& scene, double yaw, const Text& what) {
   int row = 0;
   for (const auto& vertex : scene.vertices) {
     const int dim = vertex->LocalDimension();
-    Require({of, "4d", {}, {Names(names.begin() + row, names.begin() + row + dim), names}, kTolerance},
+    Require({of, "4d", {}, {Names(names.begin() + row, names.begin() + row + dim), names}, kBlockTolerance},
             right::MotionRows(g.R.toRotationMatrix(), row, dim, static_cast<int>(got.cols())),
             got.middleRows(row, dim));
     row += dim;

@@ -34,7 +34,9 @@ TEST(Stage6, SchurComplementOfTheDroppedRows) {
   for (const auto& [m, n] :
        {std::pair{6, 6}, std::pair{Vary(9, 15, 65), 6}, std::pair{1, 6}, std::pair{21, Vary(12, 18, 66)}}) {
     const MatXX A = RandomPositiveDefinite(m + n, &random);
-    CheckSchur(A, RandomMatrix(m + n, 1, &random), m, {"6.where_rows_go_stay", {{"m", Word(m)}, {"n", Word(n)}}});
+    const VecX b = RandomMatrix(m + n, 1, &random);
+    const Text where("6.where_rows_go_stay", {{"m", Word(m)}, {"n", Word(n)}});
+    for (const double unit : {1.0, 1e9}) CheckSchur(unit * A, unit * b, m, where);
   }
 }
 
@@ -112,7 +114,8 @@ TEST(Stage6, FactorsARegularSystem) {
   Random random(Seed(63));
   for (const int rows : {6, Vary(70, 90, 59)}) {
     const MatXX A = RandomPositiveDefinite(rows, &random);
-    CheckFactor(A, RandomMatrix(rows, 1, &random), {"6.rows", {{"n", Word(rows)}}});
+    const VecX b = RandomMatrix(rows, 1, &random);
+    for (const double unit : {1.0, 1e9}) CheckFactor(unit * A, unit * b, {"6.rows", {{"n", Word(rows)}}});
   }
 }
 

@@ -208,8 +208,9 @@ TEST(Stage7, RightHandSideAndHessian) {
     GraphScene row("row", {fix_one});
     CheckSystem(&row, fix_one ? "7.row_one_fixed" : "7.row");
   }
-  GraphScene light("light row", {false});
+  GraphScene light("light row", {false}), heavy("heavy row", {false});
   CheckSystem(&light, "scene.light_row");
+  CheckSystem(&heavy, "scene.heavy_row");
 }
 
 TEST(Stage7, HessianOfMixedLandmarksAndLosses) {
@@ -270,6 +271,8 @@ TEST(Stage7, SchurComplementAndStep) {
   CheckSolve(&light, {{0.0, Damping::kIdentity}}, "scene.light_row");
   GraphScene scene("poses of two sizes");
   CheckSolve(&scene, {{0.0, Damping::kIdentity}}, "7.poses_of_two_sizes");
+  GraphScene heavy("heavy row", {false});
+  CheckSolve(&heavy, {{0.0, Damping::kIdentity}}, "scene.heavy_row");
 }
 
 TEST(Stage7, LambdaOnEveryDiagonalEntry) {

@@ -16,7 +16,7 @@ using formula::Formula;
 using right::ImuStep;
 using right::Trial;
 
-constexpr double kTolerance = 1e-7;  // of derivatives, which may be differences
+constexpr double kTolerance = 1e-8;  // of derivatives, which may be differences; less than a float's
 
 Names Axes(const std::string& of) { return Words({of + ".x", of + ".y", of + ".z"}); }
 Text PartOf(const Text& part, const Text& scene) { return {"8.part_of", {{"part", part}, {"scene", scene}}}; }

@@ -56,7 +56,7 @@ def judge(asked, one: Sample, stage: dict, seed) -> tuple:
             for language in LANGUAGES]  # a sentence that lacks a value is a KeyError here
     if verdict.state != state or not (asked.write or is_said(wanted, state, verdict.diagnosis.get("cause", ""))):
         return f"{where}: expected {state} “{wanted}”, got {verdict.state} “{told[0]}” {verdict.diagnosis}", verdict.diagnosis
-    if state == "wrong" and not (seed or asked.write) and (stale := is_stale(one, verdict.diagnosis)):
+    if wanted and state == "wrong" and not (seed or asked.write) and (stale := is_stale(one, verdict.diagnosis)):
         return f"{where}: {stale}; cmake --build {BUILD} --target answers makes answers.csv anew", verdict.diagnosis
     if english := english_in(told[LANGUAGES.index("zh")]):
         return f"{where}: in Chinese it says “{english}”", verdict.diagnosis
@@ -66,8 +66,8 @@ def judge(asked, one: Sample, stage: dict, seed) -> tuple:
 
 
 def is_said(wanted: dict, state: str, cause) -> bool:
-    """Of a wrong answer the cause is the mistake's; of what ends otherwise it holds at least these words."""
-    return cause == wanted if state == "wrong" else not wanted or said_in(wanted) <= said_in(cause)
+    """Of a wrong answer the cause is the mistake's, if it names one; of what ends otherwise it holds at least these words."""
+    return not wanted or (cause == wanted if state == "wrong" else said_in(wanted) <= said_in(cause))
 
 
 def is_stale(one: Sample, diagnosis: dict) -> str:
@@ -120,7 +120,7 @@ def main() -> int:
     with ThreadPoolExecutor(2) as pool:
         verdicts = list(pool.map(lambda case: judge(asked, *case), cases))
     differences = [difference for difference, _ in verdicts if difference]
-    wrong = [(one, diagnosis) for (one, stage, _), (_, diagnosis) in zip(cases, verdicts) if one.verdict(stage)[0] == "wrong"]
+    wrong = [(one, diagnosis) for (one, stage, _), (_, diagnosis) in zip(cases, verdicts) if one.cause and one.verdict(stage)[0] == "wrong"]
     if "blanks" in asked.files and not asked.worker and ends_in_blanks(asked.executable) != ticks.exercised():
         differences.append(f"exercised.csv is stale; cmake --build {BUILD} --target answers makes it anew")
     if asked.write:

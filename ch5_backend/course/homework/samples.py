@@ -5,6 +5,7 @@ ways to do the homework, tests/homework/samples/*.samples. These lines tell them
     //   term: H_pm H_mm⁻¹ H_mp                       what the sentence leaves room for; if it is a sentence too, its id,
     //   it.n: 0                                      and what that leaves room for
     // MISTAKE beyond_H crashes eigen.block_outside   another state than wrong; of its cause at least this is said
+    // MISTAKE float_step                             one that is wrong, whatever is said: tests/homework/samples/rules.samples
     // SAMPLE by_ldlt                                 one that is right
     // CHANGE 1.2b ) - tempH => ) + tempH             in the solution of this TODO, or of this stage, one text for another
     // REGION 1.1b                                    the code below stands in this TODO's region
@@ -43,7 +44,10 @@ class Sample:
 
 
 def read_mistakes() -> list:
-    return [one for path in sorted(MISTAKES.glob("*.mistakes")) for one in read_samples(path)]
+    found = [one for path in sorted(MISTAKES.glob("*.mistakes")) for one in read_samples(path)]
+    if unsaid := [one.name for one in found if one.state == "wrong" and not one.cause]:
+        raise ValueError(f"{MISTAKES}: which sentence is said of {', '.join(unsaid)}?")
+    return found
 
 
 def read_samples(path: Path) -> list:
@@ -89,7 +93,7 @@ def read_line(line: str, samples: list, key: str) -> str:
 def verdict_of(words: str) -> tuple:
     """(state, cause) of what stands behind a mistake's name."""
     state, _, name = words.partition(" ") if words.startswith(OTHER_STATES) else ("wrong", "", words)
-    if not name and state != "wrong":  # whatever ends the program
+    if not name:  # whatever ends the program, or is said
         return state, {}
     if name not in speaker("en").sentences:
         raise ValueError(f"there is no such sentence: {name}")

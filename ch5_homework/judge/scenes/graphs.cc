@@ -148,6 +148,15 @@ void LightRow(GraphScene* s) {
   for (const auto& edge : s->graph.Edges()) edge->SetInformation(1e-9 * edge->Information());
 }
 
+// All numbers are large, those of the step too: none may have a limit.
+void HeavyRow(GraphScene* s) {
+  Row(s);
+  for (const auto& edge : s->graph.Edges()) {
+    edge->SetInformation(1e9 * edge->Information());
+    dynamic_cast<Enlarged&>(*edge).Enlarge(1e6);
+  }
+}
+
 void WithoutLandmarks(GraphScene* s) {
   s->poses = AddPoses(&s->graph, 3);
   for (const auto& pose : s->poses) AddRandomEdge<6>(&s->graph, &s->random, pose);
@@ -191,6 +200,7 @@ void PosesOfTwoSizes(GraphScene* s) {
                                                      {"poses and landmarks", &PosesAndLandmarks, 61},
                                                      {"row", &Row, 71},
                                                      {"light row", &LightRow, 71},
+                                                     {"heavy row", &HeavyRow, 71},
                                                      {"without landmarks", &WithoutLandmarks, 72},
                                                      {"mixed landmarks", &MixedLandmarks, 73},
                                                      {"poses of two sizes", &PosesOfTwoSizes, 75}});

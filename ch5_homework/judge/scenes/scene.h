@@ -98,10 +98,16 @@ MatXX RandomPositiveDefinite(int size, Random* random);
 /// δ of the scenes' Cauchy losses: with r and W of a RandomEdge, s is below δ² at nearly every edge, so that W_ρ is not just ρ'W.
 constexpr double kCauchyScale = 2.0;
 
+/// Whose residual can be made `times` as large.
+struct Enlarged {
+  virtual ~Enlarged() = default;
+  virtual void Enlarge(double times) = 0;
+};
+
 /// An edge whose residual, Jacobians and information are random numbers: H has no structure to hide a mistake in.
 /// The residual is NaN before it is computed, so that using it too early shows.
 template <int R, typename... V>
-class RandomEdge : public SizedEdge<R, V...> {
+class RandomEdge : public SizedEdge<R, V...>, public Enlarged {
  public:
   RandomEdge(Random* random, std::shared_ptr<V>... vertices) : SizedEdge<R, V...>(std::move(vertices)...) {
     this->r_.setConstant(std::numeric_limits<double>::quiet_NaN());
@@ -115,6 +121,7 @@ class RandomEdge : public SizedEdge<R, V...> {
   }
   void ComputeResidual() override { this->r_ = right_r_; }
   void ComputeJacobians() override {}
+  void Enlarge(double times) override { right_r_ *= times; }
   std::string TypeInfo() const override { return "RandomEdge"; }
 
  protected:
