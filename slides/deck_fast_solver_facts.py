@@ -63,15 +63,16 @@ def peer_facts(tables):
 
 
 def start_facts(tables):
-    """Over the problems of measure_start.py, the best λ₀ of either kind of points, relative to each problem's best pair."""
+    """Over the problems of measure_start.py, the best λ₀ of either kind of points, relative to each problem's best pair; and the library
+    unasked, with and without steps of the landmarks where a step has raised the cost."""
     rows = tables("speed_start").rows()
     pairs = pairs_of(rows)
     found = {"start.problems": str(len({row["problem"] for row in rows}))}
     for points in ("ray", "xyz"):
-        name, mean, _, most, arrives = next(pair for pair in pairs if f",{points}," in pair[0])
+        name, mean, _, most, arrives = next(pair for pair in pairs if f",{points}," in pair[0] and "whole" not in pair[0])
         found |= {f"start.{points}": f"{mean:.2f}", f"start.{points}.most": f"{most:.1f}", f"start.{points}.arrives": str(arrives),
                   f"start.{points}.lambda": f"{1 / float(name.split('=')[1]):.0e}".replace("e-0", "e-")}
-    return found
+    return found | {f"start.{key}": f"{next(pair for pair in pairs if word in pair[0])[1]:.2f}" for key, word in (("unasked", "unasked"), ("whole", "whole"))}
 
 
 def reduced_facts(tables):

@@ -18,8 +18,7 @@ constexpr char kUsage[] =
     "  --huber PIXELS   Huber's loss with this threshold, for data with outliers (none)\n"
     "  --solver NAME    of the cameras' system: dense, sparse or pcg form it, implicit-pcg and power-series do not;\n"
     "                   automatic (the default) begins with power-series for more than 400 cameras\n"
-    "  --points NAME    how a step moves a point: ray, along the ray from a camera; xyz, by x + dx; or parallax (the\n"
-    "                   default): on its ray if its cameras see it from directions less than 5 degrees apart\n"
+    "  --points NAME    how a step moves a point: ray (the default), along the ray from a camera, or xyz, by x + dx\n"
     "  --strict         a repeated observation is an error; without it, it is left out and counted\n";
 
 // What is solved all the same, but hardly meant.
@@ -66,16 +65,14 @@ void Run(const ch5::FileSolveOptions& options, ch5::BalPoints move, bool strict)
 
 int main(int argc, char** argv) {
   ch5::FileSolveOptions options;
-  ch5::BalPoints move = ch5::BalPoints::kByParallax;
+  ch5::BalPoints move = ch5::BalPoints::kOnRay;
   bool strict = false;
   return ch5::RunFileCommand(
       "ch5_bal", kUsage, argc, argv, &options, [&] { Run(options, move, strict); },
       [&](ch5::CommandLine* line) {
         line->Flag("--strict", [&] { strict = true; });
         line->Option("--points", [&](const std::string& name) {
-          move = ch5::OneOf<ch5::BalPoints>(name, {{"ray", ch5::BalPoints::kOnRay},
-                                                   {"xyz", ch5::BalPoints::kXyz},
-                                                   {"parallax", ch5::BalPoints::kByParallax}});
+          move = ch5::OneOf<ch5::BalPoints>(name, {{"ray", ch5::BalPoints::kOnRay}, {"xyz", ch5::BalPoints::kXyz}});
         });
       });
 }

@@ -106,33 +106,16 @@ void MovePointsOutOfCameras(BalProblem* problem) {
   }
 }
 
-// From where a point is seen.
-struct Views {
-  Vec3 farthest;  // center of the camera
-  Vec3 mean;      // of the directions to the cameras, unit vectors
-  double cosine;  // of the widest angle between one of them and the mean
-};
-
-std::vector<Views> ViewsOfPoints(const BalProblem& problem) {
-  std::vector<Vec3> centers;
+// Of the camera farthest from each point that sees it; the point itself if none does.
+std::vector<Vec3> FarthestCenters(const BalProblem& problem) {
+  std::vector<Vec3> centers, farthest = problem.points;
   for (const Vec9& camera : problem.cameras) centers.push_back(CameraCenter(camera));
-  std::vector<Views> views;
-  for (const Vec3& p_W : problem.points) views.push_back({p_W, Vec3::Zero(), 1.0});
   for (const auto& [camera, point, pixel] : problem.observations) {
-    const Vec3 &p_W = problem.points[point], d = centers[camera] - p_W;
-    if (d.squaredNorm() > (views[point].farthest - p_W).squaredNorm()) views[point].farthest = centers[camera];
-    views[point].mean += d.normalized();
+    const Vec3& p_W = problem.points[point];
+    if ((centers[camera] - p_W).squaredNorm() > (farthest[point] - p_W).squaredNorm())
+      farthest[point] = centers[camera];
   }
-  for (const auto& [camera, point, pixel] : problem.observations) {
-    const Vec3 d = centers[camera] - problem.points[point];
-    views[point].cosine = std::min(views[point].cosine, d.normalized().dot(views[point].mean.normalized()));
-  }
-  return views;
-}
-
-bool MovesOnRay(const Views& views, BalPoints move) {
-  constexpr double kCosine = 0.99905;  // of half of 5°
-  return move == BalPoints::kOnRay || (move == BalPoints::kByParallax && views.cosine > kCosine);
+  return farthest;
 }
 
 }  // namespace
@@ -226,18 +209,21 @@ BalGraph BuildBal(const BalProblem& given, std::shared_ptr<const LossFunction> l
   BalProblem problem = given;
   MoveWorld(-bal.place, &problem);
   MovePointsOutOfCameras(&problem);
-  if (move != BalPoints::kXyz) bal.tau = 3e-6;
+  if (move == BalPoints::kOnRay) {
+    bal.tau = 3e-6;
+    bal.rescue_steps = 2;
+  }
   std::vector<std::shared_ptr<VertexCameraBAL>> cameras;
   std::vector<std::shared_ptr<VertexPointXYZ>> points;
   for (const Vec9& camera : problem.cameras) {
     cameras.push_back(std::make_shared<VertexCameraBAL>(camera));
     bal.graph.AddVertex(cameras.back());
   }
-  const std::vector<Views> views = ViewsOfPoints(problem);
-  for (size_t i = 0; i < views.size(); ++i) {
+  const std::vector<Vec3> anchors = FarthestCenters(problem);
+  for (size_t i = 0; i < anchors.size(); ++i) {
     const Vec3& p_W = problem.points[i];
-    points.push_back(MovesOnRay(views[i], move) ? std::make_shared<VertexPointOnRay>(p_W, views[i].farthest)
-                                                : std::make_shared<VertexPointXYZ>(p_W));
+    points.push_back(move == BalPoints::kOnRay ? std::make_shared<VertexPointOnRay>(p_W, anchors[i])
+                                               : std::make_shared<VertexPointXYZ>(p_W));
     bal.graph.AddVertex(points.back());
   }
   for (const auto& [camera, point, pixel] : problem.observations) {

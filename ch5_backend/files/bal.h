@@ -33,11 +33,8 @@ Vec3 CameraCenter(const Vec9& camera);
 Mat33 CameraAxes(const Vec9& camera);
 
 /// How a step moves a point: by x + δ, or along the ray from the farthest camera that sees it (VertexPointOnRay). Rays take
-/// fewer steps where the distance is uncertain, and more elsewhere. So a point is on its ray by kByParallax if the directions
-/// from which its cameras see it are less than 5° apart. Time to within a thousandth of the least cost, relative to the best
-/// choice for each problem, geometric mean over thirteen (the published 49 and 16 cameras, five first parts of these, three
-/// of maplab's, three simulated cities): by parallax 1.47, all on rays 1.46, none 2.24, each with the best of its two λ₀.
-enum class BalPoints { kXyz, kOnRay, kByParallax };
+/// fewer steps where the distance is uncertain (times, by problem: course/documents/measure_start.py).
+enum class BalPoints { kXyz, kOnRay };
 
 /// The problem as a graph: cameras are poses, points are landmarks, one EdgeBAL per observation, W = I [1/px²].
 struct BalGraph {
@@ -46,16 +43,17 @@ struct BalGraph {
   std::vector<std::shared_ptr<Vertex>> points;   ///< VertexPointXYZ or VertexPointOnRay
   /// The vertices' world has its origin here in the problem's: amid the points if these are far from the origin, else there.
   Vec3 place = Vec3::Zero();
-  /// SolveOptions::tau that suits how the points move, with diagonal damping: along rays they bear bolder first steps than
-  /// SolveOptions' 1e-5, with which the 300 first cameras of maplab's do not arrive in twenty iterations.
+  /// SolveOptions::tau and rescue_steps that suit how the points move, with diagonal damping: along rays they bear bolder first
+  /// steps than SolveOptions' 1e-5, and where one is too bold, the points alone often save it.
   double tau = 1e-5;
+  int rescue_steps = 0;
 };
 
 /// A point at the center of a camera that sees it begins on its pixel's ray instead.
 /// @param loss  of every observation, its threshold in pixels; null for plain least squares
 /// @throws std::invalid_argument if an observation's index is out of range
 BalGraph BuildBal(const BalProblem& problem, std::shared_ptr<const LossFunction> loss,
-                  BalPoints move = BalPoints::kByParallax);
+                  BalPoints move = BalPoints::kOnRay);
 
 /// Copies the vertices' present values into `problem`, which must have built them.
 /// @throws std::invalid_argument if it has other numbers of cameras and points

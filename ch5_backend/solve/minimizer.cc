@@ -108,9 +108,10 @@ class Run {
         const double predicted = system_->ModelCostChange(delta_x_);
         system_->UpdateStates(delta_x_);
         const double refined = RefineLandmarks();
-        const double new_cost = Evaluate(ExpectsNextIteration(predicted));
+        double new_cost = Evaluate(ExpectsNextIteration(predicted));
         ++summary_.cost_evaluations;
         info_.gain_ratio = (cost_ - new_cost - refined) / predicted;
+        if (!(new_cost < cost_)) new_cost = RescueStep(new_cost, predicted);
         if (std::isfinite(new_cost) && (takes_all || (predicted > 0.0 && new_cost < cost_))) {
           return Accept(new_cost, predicted, yardstick);
         }
@@ -153,6 +154,18 @@ class Run {
     const double decrease = system_->RefineLandmarks(options_.landmark_steps);
     refines_ = decrease > kLeast * cost_;
     return std::isfinite(decrease) ? decrease : 0.0;
+  }
+
+  // A step that raises the cost may have moved the poses well, and only landmarks too far: moved alone, these often bring it
+  // below what it was, for less than another solution. That speaks neither for the model nor against it: ρ ≤ ½.
+  double RescueStep(double new_cost, double predicted) {
+    constexpr double kLeast = 1e-4;  // of the cost: what the step has promised
+    const bool may_rescue = options_.rescue_steps > 0 && options_.landmark_steps == 0;
+    if (!may_rescue || info_.step_type != StepType::kDamped || !(predicted > kLeast * cost_)) return new_cost;
+    if (!(new_cost - system_->RefineLandmarks(options_.rescue_steps) < cost_)) return new_cost;
+    const double rescued = Evaluate(true);
+    info_.gain_ratio = std::min(0.5, (cost_ - rescued) / predicted);
+    return rescued;
   }
 
   // The cost at the present states; with the Hessian there, if it is wanted and comes along.
@@ -296,6 +309,7 @@ void SolveOptions::Validate() const {
   CheckPositive("SolveOptions::initial_radius", initial_radius);
   CheckOption("SolveOptions::max_trials", max_trials, 1);
   CheckOption("SolveOptions::landmark_steps", landmark_steps, 0);
+  CheckOption("SolveOptions::rescue_steps", rescue_steps, 0);
 }
 
 Summary Minimize(NormalEquations* system, const SolveOptions& options) {

@@ -59,6 +59,8 @@ struct SolveOptions {
   /// Steps of each landmark alone after each step of all (sparse/steps/refine_landmarks.h), as long as they lower the cost by
   /// 0.1 %. For landmarks that are far from linear.
   int landmark_steps = 0;
+  /// Without these: so many where a damped step has raised the cost instead of lowering it by 0.01 %, before it is taken back.
+  int rescue_steps = 0;
   /// Called after each iteration; false stops. It must not solve with the same optimizer. Vertices and edges that it adds count
   /// from the next solve on; to remove one is an error unless it stops.
   std::function<bool(const IterationInfo&)> callback;

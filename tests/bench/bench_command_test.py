@@ -46,7 +46,7 @@ class BenchCommand(FolderTest):
         build_or_fail(["bench_programs"])
         if not (BIN / "measure_ceres").exists():
             self.skipTest("Ceres is not installed")
-        for problem in ("city:30 --way lm,xyz,radius=1e4", "city:30 --way lm,ray,radius=1e4", "scene:10x200 --way lm,radius=1e4,whole"):
+        for problem in ("city:30 --way lm,xyz,radius=1e4,whole", "city:30 --way lm,ray,radius=1e4,whole", "scene:10x200 --way lm,radius=1e4,whole"):
             runs = [json.loads(run(BIN / f"measure_{side}", *problem.split(), check=True).stdout) for side in ("ours", "ceres")]
             for step in range(3):
                 ours, ceres = (run["trace"][step][1] for run in runs)

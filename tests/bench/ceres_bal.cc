@@ -80,19 +80,17 @@ class OnRay : public ceres::Manifold {
   Vec3 anchor_;
 };
 
-// From the farthest camera that sees it, where BuildBal does so.
-void PutOnRays(const BalProblem& start, BalPoints move, BalProblem* states, ceres::Problem* problem) {
+// From the farthest camera that sees it, as BuildBal does.
+void PutOnRays(const BalProblem& start, BalProblem* states, ceres::Problem* problem) {
   std::vector<Vec3> anchors = start.points;
   for (const BalObservation& seen : start.observations) {
     const auto point = static_cast<size_t>(seen.point);
     const Vec3 &p_W = start.points[point], center = CameraCenter(start.cameras[static_cast<size_t>(seen.camera)]);
     if ((center - p_W).squaredNorm() > (anchors[point] - p_W).squaredNorm()) anchors[point] = center;
   }
-  const BalGraph bal = BuildBal(start, nullptr, move);
   for (size_t i = 0; i < anchors.size(); ++i) {
     double* point = states->points[i].data();
-    if (problem->HasParameterBlock(point) && bal.points[i]->TypeInfo() == "VertexPointOnRay")
-      problem->SetManifold(point, new OnRay(anchors[i]));
+    if (problem->HasParameterBlock(point)) problem->SetManifold(point, new OnRay(anchors[i]));
   }
 }
 
@@ -106,7 +104,7 @@ PeerResult SolveBalWithCeres(const BalProblem& start, const PeerOptions& options
                              states.cameras[static_cast<size_t>(seen.camera)].data(),
                              states.points[static_cast<size_t>(seen.point)].data());
   }
-  if (options.points) PutOnRays(start, *options.points, &states, &problem);
+  if (options.points == BalPoints::kOnRay) PutOnRays(start, &states, &problem);
   auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
   for (Vec3& point : states.points) {
     if (problem.HasParameterBlock(point.data())) ordering->AddElementToGroup(point.data(), 0);

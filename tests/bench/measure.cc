@@ -19,7 +19,7 @@ constexpr char kUsage[] =
     "Solves PROBLEM (a BAL file, a window, a .g2o file, scene:FRAMESxPOINTS, city:CAMERAS[:SEED], or\n"
     "first:CAMERAS:BALFILE) N times, and prints a line of JSON for each run. Times are those of the\n"
     "processor, with --wall the clock's. WORDS, with commas between them, change what each side does by itself: lm or\n"
-    "dogleg, radius=NUMBER (the first one; 1/lambda of lm), xyz, ray or parallax, inner or whole (steps of each "
+    "dogleg, radius=NUMBER (the first one; 1/lambda of lm), xyz or ray, inner or whole (steps of each "
     "landmark\n"
     "alone); and for Ceres alone: dense, sparse or iterative, unscaled, eigen, mixed. Before these may stand "
     "threads=N. Of a\n"

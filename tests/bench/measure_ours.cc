@@ -8,14 +8,16 @@
 namespace ch5::bench {
 namespace {
 
-// @param tau, landmark_steps  what serves unless the options say otherwise
-peer::PeerResult Run(Graph* graph, const peer::PeerOptions& options, double tau, int landmark_steps) {
+// @param tau, landmark_steps, rescue_steps  what serves unless the options say otherwise
+peer::PeerResult Run(Graph* graph, const peer::PeerOptions& options, double tau, int landmark_steps,
+                     int rescue_steps = 0) {
   SparseOptimizer optimizer(graph, options.threads);
   SolveOptions solve;
   solve.max_iterations = options.iterations;
   solve.cost_tolerance = options.tolerance;
   solve.gradient_tolerance = solve.step_tolerance = 0.0;
   solve.landmark_steps = options.inner ? (*options.inner ? VinsOptions().landmark_steps : 0) : landmark_steps;
+  solve.rescue_steps = options.inner.value_or(true) ? rescue_steps : 0;
   optimizer.SetDamping(Damping::kDiagonal);
   solve.tau = options.radius ? 1.0 / *options.radius : tau;
   solve.initial_radius = options.radius.value_or(solve.initial_radius);
@@ -72,7 +74,7 @@ peer::PeerResult Solve(const Problem& problem) {
   }
   BalGraph bal =
       problem.options.points ? BuildBal(problem.bal, nullptr, *problem.options.points) : BuildBal(problem.bal, nullptr);
-  return Run(&bal.graph, problem.options, bal.tau, 0);
+  return Run(&bal.graph, problem.options, bal.tau, 0, bal.rescue_steps);
 }
 
 }  // namespace ch5::bench

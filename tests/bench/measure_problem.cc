@@ -118,7 +118,6 @@ void TakeWay(const std::string& words, peer::PeerOptions* options) {
       {"dogleg", [](auto* o) { o->dogleg = true; }},
       {"xyz", [](auto* o) { o->points = BalPoints::kXyz; }},
       {"ray", [](auto* o) { o->points = BalPoints::kOnRay; }},
-      {"parallax", [](auto* o) { o->points = BalPoints::kByParallax; }},
       {"inner", [](auto* o) { o->inner = true; }},
       {"whole", [](auto* o) { o->inner = false; }},
       {"dense", [](auto* o) { o->linear_solver = peer::LinearSolver::kDenseSchur; }},

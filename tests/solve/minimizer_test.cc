@@ -140,6 +140,31 @@ TEST(LandmarkSteps, AreNoPartOfTheGainRatioAndEndOnceTheyGainTooLittle) {
   }
 }
 
+// A step from 10 to 12 is kept where the landmarks alone gain enough to end below 10, and only if it is damped.
+TEST(LandmarkSteps, RescueADampedStep) {
+  struct Row {
+    const char* what;
+    Algorithm algorithm;
+    int steps;
+    double gain;
+    int trials;
+  };
+  for (const Row& row : {Row{"enough", Algorithm::kLevenbergMarquardt, 2, 3.0, 1},
+                         Row{"too little", Algorithm::kLevenbergMarquardt, 2, 1.0, 2},
+                         Row{"not asked for", Algorithm::kLevenbergMarquardt, 0, 3.0, 2},
+                         Row{"not damped", Algorithm::kDogleg, 2, 3.0, 2}}) {
+    ScriptedSystem system = OneUnknown(4.0, 6.0, {10.0, 12.0, 9.0});
+    system.refined_ = {row.gain};
+    SolveOptions options = WithoutStopRules(row.algorithm, 1);
+    options.rescue_steps = row.steps;
+    const Summary summary = Minimize(&system, options);
+    EXPECT_EQ(summary.trace[1].trials, row.trials) << row.what;
+    EXPECT_EQ(summary.final_cost, 9.0) << row.what;
+    EXPECT_LE(row.trials == 1 ? summary.trace[1].gain_ratio : 0.5, 0.5)
+        << "what the landmarks gained is not the model's";
+  }
+}
+
 // ---- Levenberg-Marquardt -----------------------------------------------------------------------------------------
 
 TEST(LevenbergMarquardt, DampingFollowsNielsen) {

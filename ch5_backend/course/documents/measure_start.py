@@ -20,10 +20,13 @@ from ..base.cmake_build import ROOT, build_or_fail, data_folder
 from ..base.progress import Progress
 from ..experiments.bench import UNASKED, Case, run_side, seconds_to
 
-SEEN = ("problem-49-7776-pre.txt", "problem-16-22106-pre.txt", "first:100:maplab-969-22767.txt", "first:300:maplab-969-22767.txt",
-        "first:20:problem-49-7776-pre.txt", "first:8:problem-16-22106-pre.txt", "city:30", "city:100", "city:300")
-UNSEEN = ("first:200:maplab-969-22767.txt", "city:200:7")
-PAIRS = (UNASKED, *(f"lm,{points},radius={radius}" for points in ("xyz", "ray") for radius in ("1e3", "1e4", "3.3e4", "1e5", "3.3e5", "1e6")))
+SEEN = ("problem-49-7776-pre.txt", "problem-16-22106-pre.txt", *(f"first:{n}:problem-49-7776-pre.txt" for n in (10, 20, 25, 40)),
+        *(f"first:{n}:problem-16-22106-pre.txt" for n in (4, 8, 12)), *(f"first:{n}:maplab-969-22767.txt" for n in (40, 100, 300)),
+        "city:30", "city:100", "city:300")
+UNSEEN = ("first:33:problem-49-7776-pre.txt", "first:10:problem-16-22106-pre.txt", "first:250:maplab-969-22767.txt", "city:120:9")
+RADII = "1e3", "1e4", "3.3e4", "1e5", "3.3e5", "1e6"
+PAIRS = (UNASKED, *(f"lm,{points},radius={radius}" for points in ("xyz", "ray") for radius in RADII),
+         "lm,ray,radius=3.3e5,whole")  # as unasked, but without steps of the landmarks where a step has raised the cost
 
 HEAD = ("problem", "pair", "ms", "trials", "final_cost", "arrives")
 

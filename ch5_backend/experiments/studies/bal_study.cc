@@ -62,9 +62,10 @@ BalStudy SolveBal(const BalProblem& problem, const FileSolveOptions& options, Ba
   }
   study.mean_error_before = MeanReprojectionError(bal.graph);
 
-  FileSolveOptions with_tau = options;
-  with_tau.solve.tau = bal.tau;
-  study.summary = SolveGraph(&bal.graph, with_tau);
+  FileSolveOptions suited = options;
+  suited.solve.tau = bal.tau;
+  suited.solve.rescue_steps = bal.rescue_steps;
+  study.summary = SolveGraph(&bal.graph, suited);
   study.mean_error_after = MeanReprojectionError(bal.graph);
   study.behind_camera = static_cast<int>(EdgesOutOfDomain(bal.graph).size());
   study.hint = HintAtHuber(bal.graph, options);

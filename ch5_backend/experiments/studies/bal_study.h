@@ -18,7 +18,7 @@ struct BalStudy {
 
 /// Levenberg-Marquardt, as SolveGraph.
 /// @throws std::invalid_argument if an observation's residual is not finite at the start; names it
-BalStudy SolveBal(const BalProblem& problem, const FileSolveOptions& options, BalPoints move = BalPoints::kByParallax);
+BalStudy SolveBal(const BalProblem& problem, const FileSolveOptions& options, BalPoints move = BalPoints::kOnRay);
 
 /// Writes, all or none, into options.out: NAME-result.txt (BAL), NAME-before.ply, NAME-after.ply, summary.csv (key, value),
 /// trace.csv, and for the picture points.csv and cameras.csv.
