@@ -133,8 +133,7 @@ void Observe(const std::vector<Place>& places, const std::vector<FacadePoint>& p
       const double depth = -P.z();
       const bool in_view = depth > kNearest && P.norm() < kFarthest && P.head<2>().cwiseAbs().maxCoeff() < depth;
       if (!in_view || point.normal.dot(places[i].p - point.p) <= 0.0 || random->Uniform() < kMissed) continue;
-      const double u = sigma * random->Normal(), v = sigma * random->Normal();
-      city->start.observations.push_back({static_cast<int>(i), k, Project(camera, P) + Vec2(u, v)});
+      city->start.observations.push_back({static_cast<int>(i), k, Project(camera, P) + NormalVector<2>(random, sigma)});
     }
   }
 }

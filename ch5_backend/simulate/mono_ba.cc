@@ -21,9 +21,7 @@ std::vector<Vec2> PixelsOf(const std::vector<Vec3>& points, const Transform& T_W
   std::vector<Vec2> pixels;
   for (const Vec3& p_W : points) {
     const Vec3 p_C = T_W_C.q.conjugate() * (p_W - T_W_C.p);
-    const double u = p_C.x() / p_C.z() + sigma * random->Normal();
-    const double v = p_C.y() / p_C.z() + sigma * random->Normal();
-    pixels.emplace_back(u, v);
+    pixels.emplace_back(p_C.hnormalized() + NormalVector<2>(random, sigma));
   }
   return pixels;
 }
@@ -43,10 +41,7 @@ MonoBaScene SimulateMonoBa(const MonoBaOptions& options) {
   for (int n = 0; n < options.frames; ++n) scene.frames.push_back(FrameOnCircle(n, options.frames));
 
   for (int k = 0; k < options.points; ++k) {
-    const double x = random.Uniform(-4.0, 4.0);
-    const double y = random.Uniform(-4.0, 4.0);
-    const double z = random.Uniform(4.0, 8.0);
-    scene.points.emplace_back(x, y, z);
+    scene.points.push_back(UniformVector(&random, Vec3(-4.0, -4.0, 4.0), Vec3(4.0, 4.0, 8.0)));
   }
 
   for (const Transform& T_W_C : scene.frames) {

@@ -1,11 +1,10 @@
 /// The time of each image of an estimator: measure_odometry POLICY [--tracks N] [--seconds N] [--cameras N] [--calibrate]
-/// [--recording FOLDER] [--repeat N] [--states FILE].
+/// [--recording FOLDER] [--repeat N].
 
 #include <time.h>
 
 #include <algorithm>
 #include <cstdio>
-#include <optional>
 #include <stdexcept>
 
 #include "ch5_backend/experiments/studies/command_line.h"
@@ -18,13 +17,13 @@ namespace {
 
 constexpr char kUsage[] =
     "usage: measure_odometry POLICY [--tracks N] [--seconds N] [--cameras N] [--calibrate] [--recording FOLDER]\n"
-    "                        [--repeat N] [--states FILE]\n"
+    "                        [--repeat N]\n"
     "Runs an estimator (vins or okvis) over a simulated flight at 20 Hz, or over a recording, N times. Prints a line "
     "of\n"
     "JSON for each image, those before it has started too: the least time of all runs, of this thread alone.\n";
 
 struct Options {
-  std::string policy, recording, states;
+  std::string policy, recording;
   int tracks = 200, seconds = 30, cameras = 1, repeat = 1;
   bool calibrate = false;
 };
@@ -58,7 +57,6 @@ double Now() {
 
 struct Answer {
   double seconds;
-  std::optional<StampedState> state;  // none before the start
   Summary solve;
 };
 
@@ -71,24 +69,10 @@ std::vector<Answer> RunOnce(const Recording& recording, const Options& options) 
   double last = Now();
   FeedRecording(recording, &estimator, [&](const Estimator&, const ImageResult& row) {
     const double now = Now();
-    answers.push_back({now - last, row.report.state, row.report.solve});
+    answers.push_back({now - last, row.report.solve});
     last = Now();
   });
   return answers;
-}
-
-void WriteStates(const std::vector<Answer>& answers, const std::string& path) {
-  std::FILE* file = std::fopen(path.c_str(), "w");
-  if (!file) throw std::invalid_argument("cannot write " + path);
-  for (const Answer& answer : answers) {
-    if (!answer.state) continue;
-    const StampedState& x = *answer.state;
-    std::fprintf(file, "%.9f", x.t);
-    for (const Vec3& v : {x.T_W_B.p, Vec3(x.T_W_B.q.vec()), x.v_W, x.b_a, x.b_g})
-      std::fprintf(file, " %.17g %.17g %.17g", v[0], v[1], v[2]);
-    std::fprintf(file, " %d %.17g\n", answer.solve.iterations, answer.solve.final_cost);
-  }
-  std::fclose(file);
 }
 
 void Measure(const Options& options) {
@@ -98,7 +82,6 @@ void Measure(const Options& options) {
     const std::vector<Answer> again = RunOnce(recording, options);
     for (size_t i = 0; i < best.size(); ++i) best[i].seconds = std::min(best[i].seconds, again[i].seconds);
   }
-  if (!options.states.empty()) WriteStates(best, options.states);
   for (const Answer& answer : best) {
     std::printf("{\"seconds\": %.9g, \"steps\": %d, \"final_cost\": %.17g}\n", answer.seconds, answer.solve.iterations,
                 answer.solve.final_cost);
@@ -118,6 +101,5 @@ int main(int argc, char** argv) {
   line.Number("--repeat", 1, 1000, &options.repeat);
   line.Flag("--calibrate", [&] { options.calibrate = true; });
   line.Option("--recording", [&](const std::string& word) { options.recording = word; });
-  line.Option("--states", [&](const std::string& word) { options.states = word; });
   return line.Run(argc, argv, [&] { Measure(options); });
 }

@@ -1,7 +1,5 @@
 /// Where an iteration's time goes: measure_steps PROBLEM [--solver WORD] [--repeat N].
 
-#include <time.h>
-
 #include <cstdio>
 #include <functional>
 #include <stdexcept>
@@ -15,6 +13,7 @@
 #include "ch5_backend/sparse/sparse_solver.h"
 #include "tests/bench/measure.h"
 #include "tests/bench/measure_machine.h"
+#include "tests/bench/process.h"
 
 namespace ch5::bench {
 namespace {
@@ -36,14 +35,9 @@ struct Options {
 
 // Of the processor's time, which other programs do not disturb as much as the clock's.
 double Milliseconds(const std::function<void()>& work) {
-  const auto now = [] {
-    timespec time;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-    return 1e3 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec);
-  };
-  const double start = now();
+  const Stopwatch watch(/*wall=*/false);
   work();
-  return now() - start;
+  return 1e3 * watch.Seconds();
 }
 
 // The steps of an iteration in turn, `repeat` times after one to warm up; prints each one's median.

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 
 #include "ch5_backend/simulate/mono_ba.h"
@@ -12,6 +13,7 @@
 #include "ch5_backend/types/edge_curve_fitting.h"
 #include "ch5_backend/types/edge_se3_prior.h"
 #include "ch5_backend/types/visual/edge_reprojection.h"
+#include "tests/marginalize/small_graphs.h"
 
 namespace ch5 {
 namespace {
@@ -26,11 +28,7 @@ struct MixedScene {
   explicit MixedScene(bool with_loss = true) {
     Random random(7);
     const auto small = [&] { return 0.1 * random.Normal(); };
-    const auto vec3 = [&] {
-      Vec3 v;
-      for (double& x : v) x = small();
-      return v;
-    };
+    const auto vec3 = [&] { return NormalVector(&random, 0.1); };
     for (int i = 0; i < 3; ++i) poses.push_back(std::make_shared<VertexPose>(ExpSO3(vec3()), vec3()));
     for (const auto& pose : poses) graph.AddVertex(pose);
     poses[1]->SetFixed();
@@ -58,38 +56,19 @@ struct MixedScene {
   }
 };
 
-// H and b by their definition: each edge's Jacobian spread over all columns.
-void DenseNormalEquations(const Graph& graph, int n, MatXX* H, VecX* b) {
-  *H = MatXX::Zero(n, n);
-  *b = VecX::Zero(n);
-  for (const auto& edge : graph.Edges()) {
-    edge->ComputeResidual();
-    edge->ComputeJacobians();
-    MatXX J = MatXX::Zero(edge->ResidualDimension(), n);
-    for (size_t i = 0; i < edge->Vertices().size(); ++i) {
-      const Vertex& vertex = *edge->Vertices()[i];
-      if (!vertex.IsFixed()) J.middleCols(vertex.OrderingId(), vertex.LocalDimension()) = edge->Jacobian(i);
-    }
-    const VecX r = edge->Residual();
-    const MatXX W = edge->Information();
-    const double s = r.dot(W * r);
-    const Rho rho = edge->GetLossFunction() ? edge->GetLossFunction()->Evaluate(s) : Rho{s, 1.0, 0.0};
-    MatXX W_rho = rho[1] * W;
-    if (rho[1] + 2.0 * rho[2] * s > 0.0) W_rho += 2.0 * rho[2] * (W * r) * (W * r).transpose();
-    *H += J.transpose() * W_rho * J;
-    *b -= rho[1] * J.transpose() * W * r;
-  }
-}
-
 TEST(Problem, HessianIsTheDenseOne) {
   for (const bool with_loss : {false, true}) {
     MixedScene scene(with_loss);
     Problem problem(&scene.graph);
     ASSERT_EQ(problem.Size(), 2 * 6 + 7 * 1 + 7 * 3);
     problem.MakeHessian();
-    MatXX H;
-    VecX b;
-    DenseNormalEquations(scene.graph, problem.Size(), &H, &b);
+    std::vector<std::shared_ptr<Vertex>> free;
+    for (const auto& vertex : scene.graph.Vertices()) {
+      if (!vertex->IsFixed()) free.push_back(vertex);
+    }
+    const auto by_row = [](const auto& a, const auto& b) { return a->OrderingId() < b->OrderingId(); };
+    std::sort(free.begin(), free.end(), by_row);
+    const auto [H, b] = DenseNormalEquations(scene.graph.Edges(), free);
     EXPECT_LT((problem.Hessian() - H).cwiseAbs().maxCoeff(), 1e-12 * H.cwiseAbs().maxCoeff());
     EXPECT_LT((problem.RightHandSide() - b).cwiseAbs().maxCoeff(), 1e-12 * b.cwiseAbs().maxCoeff());
     EXPECT_LT((problem.Hessian() - problem.Hessian().transpose()).cwiseAbs().maxCoeff(), 1e-14 * H.norm());

@@ -70,8 +70,7 @@ TEST(AlignUmeyama, IsTheLeastSquaresOptimum) {
   Random random(7);
   for (int trial = 0; trial < 200; ++trial) {
     Similarity other = *best;
-    Vec7 d;
-    for (int i = 0; i < 7; ++i) d[i] = 1e-4 * random.Normal();
+    const Vec7 d = NormalVector<7>(&random, 1e-4);
     other.scale += d[0];
     other.p += d.segment<3>(1);
     other.q = other.q * ExpSO3(d.tail<3>());

@@ -40,9 +40,7 @@ TEST(Nees, OfErrorsWithTheClaimedCovarianceLiesInTheBand) {
   const Mat66 covariance = root * root.transpose(), too_small = 0.25 * covariance;
   double consistent = 0.0, overconfident = 0.0;
   for (int run = 0; run < kRuns; ++run) {
-    Vec6 draw;
-    for (double& x : draw) x = random.Normal();
-    const Vec6 e = root * draw;
+    const Vec6 e = root * NormalVector<6>(&random, 1.0);
     const Transform estimate{ExpSO3(e.tail<3>()), e.head<3>()};
     consistent += ComparePose(estimate, covariance, {}).nees / kRuns;
     overconfident += ComparePose(estimate, too_small, {}).nees / kRuns;

@@ -127,12 +127,6 @@ class BalApp(AppTest):
             trace.write_text("\n".join([head, *map(",".join, cells), ""]))
             self.draw()
 
-    def test_point_in_a_cameras_plane(self):
-        path = self.write("plane.txt", GOOD.replace("0.25 0.5 0\n", "0.25 0.5 5\n", 1))
-        self.refuses(path, "--out", self.out, message=f"{path}: observation 0: point 0 cannot be projected into "
-                                                      "camera 0: the residual is not finite")
-        self.assertFalse(self.out.exists(), "no empty folder is left")
-
     def test_full_disk_touches_no_old_result(self):
         self.solve(self.good, "--out", self.out, "--iterations", 1)
         # The disk is full from the last table on: all other files are complete, and must not appear.

@@ -113,11 +113,14 @@ DenseSystem DenseNormalEquations(const std::vector<std::shared_ptr<Edge>>& edges
       const Vertex& v = *edge->Vertices()[i];
       if (row.count(&v)) J.middleCols(row[&v], v.LocalDimension()) = edge->Jacobian(i);
     }
-    double drho;
-    MatXX W;
-    edge->RobustInfo(&drho, &W);
-    system.H += J.transpose() * W * J;
-    system.b -= drho * J.transpose() * edge->Information() * edge->Residual();
+    const VecX r = edge->Residual();
+    const MatXX W = edge->Information();
+    const double s = r.dot(W * r);
+    const Rho rho = edge->GetLossFunction() ? edge->GetLossFunction()->Evaluate(s) : Rho{s, 1.0, 0.0};
+    MatXX W_rho = rho[1] * W;
+    if (rho[1] + 2.0 * rho[2] * s > 0.0) W_rho += 2.0 * rho[2] * (W * r) * (W * r).transpose();
+    system.H += J.transpose() * W_rho * J;
+    system.b -= rho[1] * J.transpose() * W * r;
   }
   return system;
 }

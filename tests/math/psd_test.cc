@@ -11,9 +11,7 @@ namespace ch5 {
 namespace {
 
 MatXX NormalMatrix(int rows, int cols, Random* random) {
-  MatXX A(rows, cols);
-  for (int i = 0; i < A.size(); ++i) A.data()[i] = random->Normal();
-  return A;
+  return MatXX::NullaryExpr(rows, cols, [random] { return random->Normal(); });
 }
 
 TEST(Psd, AcceptsSemiDefiniteMatricesOfAnyScale) {

@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 #include "ch5_backend/types/recording.h"
 
 namespace ch5 {

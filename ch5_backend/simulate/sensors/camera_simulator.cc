@@ -103,14 +103,13 @@ class FrontEnd {
   }
 
   TrackedPoint Disturb(const Camera& camera, int id, const Vec2& x, Random* random) const {
-    const double du = options_.pixel_sigma * random->Normal();
-    const double dv = options_.pixel_sigma * random->Normal();
+    const Vec2 d = NormalVector<2>(random, options_.pixel_sigma);
     if (random->Uniform() < options_.outlier_fraction) {
       const double u = random->Uniform(0.0, camera.width);
       const double v = random->Uniform(0.0, camera.height);
       return {id, camera.Normalized({u, v})};
     }
-    return {id, x + Vec2(du / camera.fx, dv / camera.fy)};
+    return {id, x + Vec2(d.x() / camera.fx, d.y() / camera.fy)};
   }
 
   const std::vector<Vec3>& points_W_;

@@ -48,9 +48,7 @@ void AddPoints(const Trajectory& path, const VisualInertialOptions& o, Random* r
     if (static_cast<int>(seen.size()) < std::min(o.min_views, o.keyframes)) continue;
     scene->points.push_back(candidate[0]);
     for (auto& observation : seen) {
-      const double du = o.pixel_sigma * random->Normal();
-      const double dv = o.pixel_sigma * random->Normal();
-      observation.u = scene->calibration.Normalized(observation.u + Vec2(du, dv));
+      observation.u = scene->calibration.Normalized(observation.u + NormalVector<2>(random, o.pixel_sigma));
       scene->observations.push_back(observation);
     }
   }

@@ -1,7 +1,5 @@
 // Errors that grow with the distance, and what a larger window buys.  Geiger, Lenz, Urtasun, CVPR 2012; Leutenegger et al.,
 // IJRR 2015, §5
-#include <cmath>
-
 #include "ch5_backend/experiments/studies/odometry.h"
 #include "ch5_backend/experiments/studies/odometry_study.h"
 #include "ch5_backend/experiments/studies/systems/system_studies.h"
