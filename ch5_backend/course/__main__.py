@@ -10,6 +10,7 @@ from importlib import import_module
 from .base import jsonout, language, processes
 from .base.commands import COMMANDS, make_parser
 from .base.errors import CourseError, warn
+from .base.progress import Progress
 
 ACTIONS = {  # its module, and the function of it that does it
     "run": (".experiments.run", lambda module, given: module.run(given)),
@@ -95,7 +96,7 @@ def main(argv: list, only_read: bool = False) -> int:
         if command not in COMMANDS:
             raise CourseError(unknown(command))
         arguments = make_parser(command).parse_intermixed_args(words)
-        say = language.speaker(getattr(arguments, "language", language.spoken()))
+        say = Progress.say = language.speaker(getattr(arguments, "language", language.spoken()))
         arguments.extra = extra
         for name in () if command in FORWARDING else vars(arguments).keys() & {"data", "names", "files", "submissions", "asked"}:
             setattr(arguments, name, getattr(arguments, name) + extra)

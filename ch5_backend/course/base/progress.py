@@ -6,6 +6,8 @@ import sys
 import time
 from collections import deque
 
+from .language import speaker
+
 QUIET_SECONDS = 10.0   # between two lines in a pipe
 LIGHT_STEP = 0.1       # of a link or a copy, in units of a file that is compiled
 RECENT = 10            # files that show the pace: earlier ones were in ccache
@@ -13,13 +15,11 @@ FIRST_GUESS = 3.0      # seconds of compiling before the first guess of the time
 
 
 class Progress:
-    """One phase of work, such as "build". Use as a context; call step() as often as you like.
-
-    `expected` is how many seconds the work may take, where that is known.
-    """
+    """One phase of work, such as "build", of perhaps `expected` seconds. Use as a context; call step() as often as you like."""
+    say = speaker("en")  # the command's language
 
     def __init__(self, phase: str, out=None, clock=time.monotonic, expected=0.0):
-        self.phase, self.out, self.clock = phase, out or sys.stderr, clock
+        self.phase, self.out, self.clock = self.say.translate(phase), out or sys.stderr, clock
         self.start = self.told = clock()
         self.alive = self.out.isatty()
         self.done = 0.0  # work so far, in units of a compiled file, or in expected seconds
@@ -32,6 +32,7 @@ class Progress:
 
     def step(self, text: str, in_pipes: bool = False) -> None:
         """Replaces the living line. In a pipe it says nothing, or at most a line every ten seconds."""
+        text = self.say.translate(text)
         if self.alive:
             width = shutil.get_terminal_size().columns - 1
             self.out.write("\r\033[K" + f"{self.phase}: {text}"[:width])
@@ -62,13 +63,11 @@ class Progress:
         self.step(f"about {duration(left)} left: {text}", in_pipes=True)
 
     def finished(self, seconds: float) -> None:
-        """Work that was expected to take so long is done."""
-        self.done += seconds
+        self.done += seconds  # that it was expected to take
         self.pace = (self.clock() - self.start) / self.done
 
     def __exit__(self, kind, value, trace):
-        if self.alive:
-            self.out.write("\r\033[K")
+        self.out.write("\r\033[K" if self.alive else "")
         seconds = self.clock() - self.start
         if kind is None and seconds >= 1.0:
             print(f"{self.phase}: {seconds:.1f} s", file=self.out)
