@@ -126,8 +126,10 @@ class CommandLine(FolderTest):
                       "--huber 5. --window 1000 --seconds :"):
             make_parser("run").parse_args(words.split())
 
-    def test_solver_options_need_data(self):
+    def test_solver_options_need_data_that_they_apply_to(self):
         self.refuses("run", "--iterations", "5", naming=["--iterations", "DATA"])
+        self.refuses("run", self.path("window.txt", b"VIOWIN 1\n"), "--huber", "1", naming=["--huber does not apply"])
+        self.refuses("run", self.path("imu.csv").parent, "--iterations", "5", naming=["--iterations does not apply"])
 
     def test_data_that_cannot_be_read_is_named(self):
         out = self.folder / "out"

@@ -479,12 +479,6 @@ class RecordingApp(AppTest):
         self.assertEqual(done.returncode, 2)
         self.assertIn("imu.csv:2: a row of 3 columns", done.stderr)
 
-    def test_a_recording_is_refused_a_number_of_iterations(self):
-        done = run(ROOT / "course", "run", self.simulate(), "--iterations", "5", "--out", self.out)
-        self.assertEqual(done.returncode, 2)
-        self.assertIn("--iterations does not apply", done.stderr)
-        self.assertFalse(self.out.exists())
-
     def test_a_drone_is_followed_from_its_raw_start(self):
         for recording in real("euroc_v1_01_easy", self.simulate(20)):
             self.program(recording, "--out", self.out)

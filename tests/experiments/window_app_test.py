@@ -83,9 +83,3 @@ class WindowApp(AppTest):
         path = self.write("corner.txt", "\n".join(lines) + "\n")
         self.refuses(path, "--out", self.out, message=f"{path}: not finite: the cost of the initial states is not "
                                                       "finite; EdgeReprojection 0 has a residual or a Jacobian that is not finite")
-
-    def test_a_window_is_refused_a_loss(self):
-        done = run(ROOT / "course", "run", self.write("corner.txt", corner()), "--huber", "1", "--out", self.out)
-        self.assertEqual(done.returncode, 2)
-        self.assertIn("--huber does not apply", done.stderr)
-        self.assertFalse(self.out.exists())
