@@ -226,8 +226,8 @@ def tell(stage: dict, verdict: Verdict, out, say: Speaker) -> None:
     tell_map(verdict, out, say)
     if verdict.state not in ("right", "not-started"):
         tell_warnings(stage["file"], out, say)
-    print(*(fitted(f"  {line}", out) for line in (*compared(stage, verdict.state, folder(), say), say.text(next_step(stage, verdict)))), "",
-          sep="\n", file=out)
+    lines = (*compared(stage, "" if verdict.diagnosis.get("begun") else verdict.state, folder(), say), say.text(next_step(stage, verdict)), "")
+    print("\n".join(fitted(f"  {line}".rstrip(), out) for line in lines), file=out)
 
 
 def line_at(place: str) -> str:
