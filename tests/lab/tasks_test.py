@@ -184,7 +184,9 @@ class Tasks(LabCase):
 
     def test_keys_alone_solve_a_task(self):
         self.open(lang="en")
-        self.page.evaluate("document.body.focus()")
+        self.page.press("Tab")
+        self.page.press("Enter")
+        self.assertEqual(self.page.evaluate("document.activeElement.id"), "matrix-H", "two keys reach the matrices")
         self.page.press("t")
         self.rest()
         self.assertEqual(self.page.evaluate("document.activeElement.id"), "task")

@@ -216,7 +216,9 @@ part("language").addEventListener("click", event => {
   writeAddress();
   build();
 });
-for (const [id, act] of Object.entries({reset, compare, "show-help": help, "close-help": help})) {
+// Past the settings and the scene's handles, each of which stops the Tab key.
+const skip = () => (document.querySelector("#pictures [id^=matrix-]") ?? part("panel")).focus();
+for (const [id, act] of Object.entries({skip, reset, compare, "show-help": help, "close-help": help})) {
   part(id).addEventListener("click", act);
 }
 part("keys").checked = kept.keys;
