@@ -9,7 +9,7 @@ from the same place, behind and above the cameras, in parallel projection; color
 import numpy as np
 
 from . import style
-from .style import GRAY, ORANGE, plt
+from .style import GRAY, SKY, plt
 from .tables import read, read_summary
 
 ELEVATION = np.radians(40.0)  # of the viewer above the horizon
@@ -81,7 +81,7 @@ def draw_cameras(axes, view, cameras, size):
     lines = [np.stack([a, b], axis=1) for a, b in zip(corners, corners[1:] + corners[:1])]
     lines += [np.stack([c, corner], axis=1) for corner in corners]
     segments = np.concatenate([view.flat(line) for line in lines])
-    axes.add_collection(plt.matplotlib.collections.LineCollection(segments, colors=ORANGE, linewidths=0.8, zorder=3))
+    axes.add_collection(plt.matplotlib.collections.LineCollection(segments, colors=SKY, linewidths=0.8, zorder=3))
 
 
 def panel(axes, view, points, cameras, title, error):

@@ -1,6 +1,6 @@
 """How Levenberg-Marquardt converges on the two scenes: cost, damping, step."""
 from . import style
-from .style import BLUE, VERMILION, plt
+from .style import BLUE, GREEN, plt
 from .tables import read
 
 PANELS = {"cost": "cost above its least / first cost", "lambda": "damping λ", "step_norm": "step ‖Δx‖"}
@@ -19,7 +19,7 @@ def curves(panels, trace, **look):
 def draw(directory):
     trace, summary = read(directory, "mono_ba_trace"), read(directory, "mono_ba_summary")
     fig, panels = plt.subplots(1, 3, figsize=style.WIDE, layout="constrained")
-    for scene, color in (("course", BLUE), ("large", VERMILION)):
+    for scene, color in (("course", BLUE), ("large", GREEN)):
         size = summary.row(scene=scene)
         curves(dict(zip(PANELS, panels)), trace.where(scene=scene), color=color, marker="o",
                label=f"{int(size['frames'])} frames × {int(size['points'])} points")

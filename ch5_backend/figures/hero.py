@@ -4,7 +4,7 @@ import numpy as np
 from . import style
 from .odometry import COLORS, NAMES
 from .scene import XYZ, decorate, length, panel
-from .style import BLUE, GRAY, VERMILION, plt
+from .style import GRAY, plt
 from .tables import read
 
 
@@ -16,14 +16,14 @@ def draw(directory):
     row = row.row()
     truth = np.vstack([table.where(state="truth").matrix(*XYZ) for table in (frames, points)])
     limits = truth.min(axis=0) - 1.0, truth.max(axis=0) + 1.0
-    parts = (("initial", VERMILION, f"start: {length(row['initial_rmse_landmark_m'])} from the truth"),
-             ("final", BLUE, f"after {row['iterations']:.0f} iterations: {length(row['final_rmse_landmark_m'])}"))
-    for k, (state, color, title) in enumerate(parts):
+    parts = (("initial", f"start: {length(row['initial_rmse_landmark_m'])} from the truth"),
+             ("final", f"after {row['iterations']:.0f} iterations: {length(row['final_rmse_landmark_m'])}"))
+    for k, (state, title) in enumerate(parts):
         axes = fig.add_axes([0.32 * k, -0.12, 0.32, 1.1], projection="3d")
-        panel(axes, frames, points, state, limits, color)
+        panel(axes, frames, points, state, limits)
         decorate(axes, limits, zoom=1.55)
         axes.set_axis_off()
-        fig.text(0.02 + 0.32 * k, 0.92, title, fontsize=13, weight="bold", color=color)
+        fig.text(0.02 + 0.32 * k, 0.92, title, fontsize=13, weight="bold")
     path, summary = read(directory, "odometry_path"), read(directory, "odometry_policies")
     above = fig.add_axes([0.71, 0.13, 0.275, 0.74])
     rows = path.where(policy="truth")

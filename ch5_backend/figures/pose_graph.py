@@ -73,7 +73,7 @@ def draw(directory):
     for axes, state, chi2 in zip(panels, ("before", "after"), ("chi2_before", "chi2")):
         panel(axes, lines[state], on_path, state, float(summary[chi2]))
         if landmarks:
-            axes.plot(*(view @ np.transpose([position[state][name] for name in landmarks])), ".", color=style.PALETTE[1], markersize=3)
+            axes.plot(*(view @ np.transpose([position[state][name] for name in landmarks])), ".", color=style.BLUE, markersize=3)
         axes.set_xlim(low[0] - margin, high[0] + margin)
         axes.set_ylim(low[1] - margin, high[1] + margin)
     style.cost_panel(panels[2], trace, summary, "cost ½ Σ ρ(rᵀWr)" if float(summary["huber"]) > 0 else "cost ½ Σ rᵀWr")

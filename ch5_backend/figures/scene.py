@@ -2,7 +2,7 @@
 import numpy as np
 
 from . import style
-from .style import BLUE, GRAY, INK, VERMILION, plt
+from .style import BLUE, GRAY, INK, plt
 from .tables import read
 from .words import Labels
 
@@ -26,16 +26,16 @@ def camera(axes, position, q, size, **line):
 XYZ, QUATERNION = ("x_m", "y_m", "z_m"), ("qx", "qy", "qz", "qw")
 
 
-def panel(axes, frames, points, state, limits, color):
+def panel(axes, frames, points, state, limits):
     truth = points.where(state="truth").matrix(*XYZ)
     estimate = points.where(state=state).matrix(*XYZ)
     inside = np.all((estimate > limits[0]) & (estimate < limits[1]), axis=1)  # 3-D axes do not clip by themselves
     few = len(truth) <= 50
     for a, b in zip(truth[inside], estimate[inside]):
-        axes.plot(*np.array([a, b]).T, color=color, linewidth=1.0 if few else 0.6, alpha=0.7)
+        axes.plot(*np.array([a, b]).T, color=BLUE, linewidth=1.0 if few else 0.6, alpha=0.7)
     axes.scatter(*truth.T, s=26 if few else 9, facecolors="none", edgecolors=GRAY, linewidths=0.8, depthshade=False)
-    axes.scatter(*estimate[inside].T, s=16 if few else 5, color=color, depthshade=False)
-    for which, line in (("truth", dict(color=GRAY, linewidth=1.0)), (state, dict(color=color, linewidth=1.6))):
+    axes.scatter(*estimate[inside].T, s=16 if few else 5, color=BLUE, depthshade=False)
+    for which, line in (("truth", dict(color=GRAY, linewidth=1.0)), (state, dict(color=BLUE, linewidth=1.6))):
         rows = frames.where(state=which)
         for p, q in zip(rows.matrix(*XYZ), rows.matrix(*QUATERNION)):
             camera(axes, p, q, 0.55, **line)
@@ -65,18 +65,18 @@ def before_and_after(fig, frames, points, summary, say):
     """A scene's start and result; the tables hold this scene alone."""
     everything = np.vstack([table.where(state="truth").matrix(*XYZ) for table in (points, frames)])
     limits, row = (everything.min(axis=0) - 1.0, everything.max(axis=0) + 1.0), summary.row()
-    for i, (state, name, color) in enumerate((("initial", "start", VERMILION), ("final", "result, aligned", BLUE))):
+    for i, (state, name) in enumerate((("initial", "start"), ("final", "result, aligned"))):
         axes = fig.add_axes([0.005 + 0.5 * i, 0.06, 0.475, 0.88], projection="3d")
-        outside = panel(axes, frames, points, state, limits, color)
+        outside = panel(axes, frames, points, state, limits)
         decorate(axes, limits)
-        fig.text(0.04 + 0.5 * i, 0.93, say(name), fontsize=15, weight="bold", color=color)
+        fig.text(0.04 + 0.5 * i, 0.93, say(name), fontsize=15, weight="bold")
         note = say("RMSE: points {a}, cameras {b}" if state == "initial" else
                    "RMSE, points aligned by points: {a},\ncameras by cameras: {b}",
                    a=length(row[f"{state}_rmse_landmark_m"]), b=length(row[f"{state}_rmse_position_m"]))
         if outside:
             note += "\n" + say("{n} of {m} points lie outside the picture", n=outside, m=int(row["points"]))
         fig.text(0.04 + 0.5 * i, 0.905, note, fontsize=10.5, color=INK, va="top")
-    fig.text(0.5, 0.015, say("gray: truth; color: estimate, tied to its truth by a line"), ha="center", fontsize=10.5, color=GRAY)
+    fig.text(0.5, 0.015, say("gray: truth; blue: estimate, tied to its truth by a line"), ha="center", fontsize=10.5, color=GRAY)
 
 
 def draw(directory):

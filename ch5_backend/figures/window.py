@@ -8,14 +8,14 @@ Reads DIR/frames.csv, DIR/trace.csv and DIR/summary.csv.
 import numpy as np
 
 from . import style
-from .style import BLUE, GRAY, VERMILION, plt
+from .style import BLUE, GRAY, SKY, plt
 from .tables import read, read_summary
 
 
 def draw(directory):
     frames, trace, summary = read(directory, "frames", folder=""), read(directory, "trace", folder=""), read_summary(directory)
     fig, (above, apart, cost) = plt.subplots(1, 3, figsize=(13.0, 4.4), layout="constrained")
-    looks = {"truth": dict(color=GRAY, linewidth=5.0, alpha=0.45), "before": dict(color=VERMILION, marker="o"),
+    looks = {"truth": dict(color=GRAY, linewidth=5.0, alpha=0.45), "before": dict(color=SKY, marker="o"),
              "after": dict(color=BLUE, marker="o")}
     truth = frames.where(state="truth")
     for state, look in looks.items():
