@@ -96,7 +96,7 @@ class Platform(FolderTest):
 
 class Owners(FolderTest):
     STUDENTS = (("2021012345", "张三"), ("2021012346", "李四"), ("2021012347", "张三丰"), ("s7", "José Ñíguez"), ("00123", "דנה כהן"),
-                ("k9", "Zhang Wei"), ("k10", "Zhang Wei"), ("m1", "Ana-María Müller"), ("555", "Zoë, Anna"))
+                ("k9", "Zhang Wei"), ("k10", "Zhang Wei"), ("m1", "Ana-María Müller"), ("555", "Zoë, Anna"), ("b2", "Bo 2"))
 
     def owners(self, name: str, folder="submissions") -> list:
         path = self.folder / "class.csv"
@@ -109,7 +109,7 @@ class Owners(FolderTest):
                          ("２０２１０１２３４６李四.zip", "2021012346"), ("李四_作业5.zip", "2021012346"), ("2021012347_张三丰", "2021012347"),
                          ("张三丰 final.rar", "2021012347"), (composed, "s7"), (apart, "s7"), ("ÑÍGUEZ_JOSÉ_hw.zip", "s7"),
                          ("\u202bדנה כהן\u202c.zip", "00123"), ("hw-00123.zip", "00123"), ("hw-٠٠١٢٣.zip", "00123"),
-                         ("müller ana-maría.zip", "m1"), ("Anna Zoë hw5.zip", "555"), ("K9.zip", "k9")):
+                         ("müller ana-maría.zip", "m1"), ("2021012345Zhang.zip", "2021012345"), ("hw2021012346.zip", "2021012346"), ("Bo 2 hw.zip", "b2"), ("Anna Zoë hw5.zip", "555"), ("K9.zip", "k9")):
             self.assertEqual(self.owners(name), [id], name)
         self.assertEqual(self.owners("homework.zip", "2021012345-张三"), ["2021012345"])
 

@@ -7,7 +7,7 @@
     5. a student's full name, if it is there.
 
 Letters are compared as a reader sees them: composed or not, in any case and width, without marks of direction. Between
-a number and Chinese letters a word ends: 2021012345张三 has the id 2021012345. If there is an id and the name of another student,
+a number and Chinese letters a word ends, and of a long number between it and any: 2021012345张三 has the id 2021012345. If there is an id and the name of another student,
 or two ids, there is no guess: all of them may claim the submission, and it gives none of them a mark.
 """
 
@@ -40,8 +40,9 @@ def platform_name(text: str):
 
 
 def has_word(text: str, word: str) -> bool:
-    """Whether it stands there and does not go on; both folded. Chinese goes on in Chinese, all else in all else."""
-    at = text.find(word)
+    """Whether it stands there and does not go on; both folded. Chinese goes on in Chinese, a number of six digits or more in digits,
+    all else in all else."""
+    goes_on, at = in_digits if word.isdigit() and len(word) > 5 else in_letters, text.find(word)
     while at >= 0:
         before, after = text[at - 1:at], text[at + len(word):at + len(word) + 1]
         if not goes_on(before, word[0]) and not goes_on(word[-1], after):
@@ -50,7 +51,11 @@ def has_word(text: str, word: str) -> bool:
     return False
 
 
-def goes_on(letter: str, following: str) -> bool:
+def in_digits(letter: str, following: str) -> bool:
+    return letter.isdigit() and following.isdigit()
+
+
+def in_letters(letter: str, following: str) -> bool:
     return letter.isalnum() and following.isalnum() and is_han(letter) == is_han(following)
 
 
@@ -60,7 +65,7 @@ def is_han(letter: str) -> bool:
 
 def names_in(text: str) -> set:
     """Each run of up to five words, squeezed: one of them may be somebody's name."""
-    words = re.findall(f"[{HAN}]+|[^\\W\\d_{HAN}]+", folded(text))
+    words = re.findall(f"[{HAN}]+|\\d+|[^\\W\\d_{HAN}]+", folded(text))
     return {"".join(words[k:k + n]) for k in range(len(words)) for n in range(1, 6)}
 
 

@@ -180,7 +180,7 @@ def handed_in(*paths: Path) -> str:
     time."""
     try:
         members = [member for path in paths if path.is_dir() for _, member in zip(range(MOST_MEMBERS), path.rglob("*"))]
-        times = [member.lstat().st_mtime for member in members if meant(member.name) or member.name.lower().endswith(ARCHIVES)]
+        times = [member.lstat().st_mtime for member in members if meant(member.name) or resembled(member.name) or member.name.lower().endswith(ARCHIVES)]
         when = datetime.fromtimestamp(max(times or [path.lstat().st_mtime for path in paths])).astimezone()
     except (OSError, ValueError, OverflowError):  # folders too deep for a path, a year that no calendar has
         when = datetime.now().astimezone()
