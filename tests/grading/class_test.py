@@ -14,12 +14,15 @@ from ch5_backend.course.base.errors import CourseError
 from ch5_backend.course.base.language import speaker
 from ch5_backend.course.__main__ import main
 from ch5_backend.course.grading import classbook, grade, gradebooks, outputs, pages, summary
-from ch5_backend.course.grading.likeness import alike, fingerprint
-from ch5_backend.course.homework.regions import STAGES
+from ch5_backend.course.grading.engines import choose
+from ch5_backend.course.grading.likeness import alike, as_solution, fingerprint, functions_in
+from ch5_backend.course.grading.toolchain import Toolchain
+from ch5_backend.course.homework.regions import STAGES, fill, solution_text
 from ch5_backend.course.grading.rubric import read_rubric
 from ch5_backend.course.grading.sandbox import Unguarded
 from ch5_backend.course.homework.samples import source
 from tests.homework.samples import all_samples
+from tests.grading.one_stage import READY
 from tests.grading.languages_test import CHINESE, ENGLISH, english_in, row, words_of
 
 POINTS = {"1.1": 12, "1.2": 14}
@@ -314,6 +317,28 @@ class Likeness(unittest.TestCase):
         self.assertGreater(len(copies), 30)
         lost = [name for name, copy in copies.items() if not alike(self.made({"a": texts[name], "b": copy}))]
         self.assertEqual(lost, [])
+
+    @unittest.skipUnless(READY, "no Clang: without ./course grade")
+    def test_a_copy_of_the_solution_is_known_by_its_instructions(self):
+        file, toolchain = "problem.cc", Toolchain(choose())
+        solution = fill(solution_text(file), lambda region: region.solution)
+        known, made = toolchain.solved(file), lambda text: functions_in(toolchain._made(0, file, text.encode()))
+        self.assertEqual(len(known), 3)
+        copy = "// mine\n#define LOOP for\n" + re.sub(r"\bfor \(", "LOOP /* */ (", re.sub(r"\b(Hmm_inv|tempH|index_i)\b", r"my_\1", solution))
+        copy = copy.replace("Hmm = H.block", "(void)0;;\n\n  Hmm = H.block")
+        self.assertNotEqual(copy.count("\n"), solution.count("\n"))  # an assertion tells its line
+        own = made(copy)
+        self.assertEqual({name for name, its in known.items() if own[name] == its}, {*known})
+        others = [one for one in self.SAMPLES if self.of(one)[0] == file][:6]
+        for one in others:
+            own = made(source(file, one.code))
+            self.assertNotEqual({name: own[name] for name in known}, known, one.name)
+
+    def test_files_are_listed_whose_functions_most_do_not_have(self):
+        def solved(**names) -> list:
+            return as_solution([{"name": name, "solved": {"problem.cc": [own, 3]}} for name, own in names.items()])
+        self.assertEqual(solved(a=["f", "g", "h"], b=["f"], c=[], d=None), [("a", "problem.cc", 3, 3), ("d", "problem.cc", None, 3)])
+        self.assertEqual(solved(**{name: ["f", "g", "h"] for name in "abc"}), [], "what so many write is what one writes")
 
     def test_what_is_no_text_of_the_homework_has_no_likeness(self):
         self.assertEqual(fingerprint({"problem.cc": b"\xff\x00/*"}), {"problem.cc": []})

@@ -251,7 +251,7 @@ class TotalTime(FolderTest):
             return known.setdefault(file, result) if result["complete"] else result
         stages = [{"id": name, "name": name, "file": f"{name}.cc", "todos": []} for name in "abc"]
         rubric = {stage["id"]: {"x": 1} for stage in stages}
-        toolchain = mock.Mock(box=Unguarded, **{"compile.return_value": Built(Path("worker"), None, 1.0, 100.0)})
+        toolchain = mock.Mock(box=Unguarded, **{"compile.return_value": Built(Path("worker"), None, 1.0, 100.0), "solved.return_value": {}})
         with mock.patch.object(job, "judge", judge), mock.patch.object(job, "SECONDS_A_SUBMISSION", 0.6):
             asleep = job.grade(Submission("asleep", {f"{name}.cc": b"" for name in "abc"}), toolchain, stages, rubric, 1, cached)
             other = job.grade(Submission("other", {"b.cc": b""}), toolchain, stages, rubric, 1, cached)

@@ -34,7 +34,7 @@ def record_lab(folder: Path, sources: dict) -> None:
 def why_not_lab(folder: Path) -> str:
     """What is wrong with FOLDER/lab.html, in words; "" if it is as its sources would give it.
 
-    The students' archive has the solutions as assembly: there they are not compared.
+    The students' archive has the solutions as objects: there they are not compared.
     """
     if not (folder / "lab.html").exists():
         return "it is not there"

@@ -14,7 +14,7 @@ from ..base import jsonout, processes
 from ..base.cmake_build import CORES
 from ..homework.check import select
 from ..homework.diagnosis import because, cause_of, said_in
-from ..homework.regions import STAGES
+from ..homework.regions import FILES, STAGES
 from ..base.errors import CourseError, warn
 from ..base.language import Speaker, sentence, speaker
 from ..base.output_dir import locked_dir, made_dir
@@ -51,7 +51,9 @@ def run_grade(arguments) -> int:
     elif submissions or arguments.prepare or arguments.rename:
         box = choose(arguments.sandbox or "")
     if arguments.prepare:
-        ready_toolchain(box)
+        toolchain = ready_toolchain(box)
+        for file in FILES:
+            toolchain.solved(file)
         print(f"ready: the sandbox, {box.name}, holds, and the compilers work in it")
         return 0
     with made_dir(out) if arguments.shard else locked_dir(out):  # shards may work side by side
@@ -192,6 +194,7 @@ class Session:
             record = {**known, "error": record["error"]}  # a fault of ours never replaces a mark
         else:
             order = [stage["id"] for stage in STAGES]
+            record["solved"] = {**(known.get("solved", {}) if same else {}), **record.get("solved", {})}
             record["stages"] = sorted([*judged, *record["stages"]], key=lambda row: order.index(row["id"]))
         record["fingerprint"] = likeness.fingerprint(submission.files)
         folder.mkdir(exist_ok=True)

@@ -30,8 +30,8 @@ RUNNING = Limits(seconds=10, wall_seconds=SECONDS_A_TEST + 5.0)
 
 def grade_file(toolchain: Toolchain, file: str, content: bytes, stages: list, rubric: dict, seed: int, clock: Clock,
                by_blanks: bool = True) -> dict:
-    """{"stages": a row for each, "cpu_seconds", "peak_mib", "complete"}, cpu and peak of the compiler; it is not complete where
-    the clock has run out. Raises Infrastructure."""
+    """{"stages": a row for each, "cpu_seconds", "peak_mib", "complete", "solved"}, cpu and peak of the compiler; it is not complete where
+    the clock has run out; for the last see likeness.as_solution. Raises Infrastructure."""
     folder, compiled = Path(tempfile.mkdtemp(dir=scratch())), clock.compiler
     try:
         built = toolchain.compile(file, content, folder, clock)
@@ -48,7 +48,9 @@ def grade_file(toolchain: Toolchain, file: str, content: bytes, stages: list, ru
                 row.update(follow_through(stage, content, verdict,
                                           lambda text, stage=stage: judged(toolchain, file, text, stage, seed, clock)))
             rows.append(row)
-        return {"stages": rows, "cpu_seconds": round(compiled - clock.compiler, 2), "peak_mib": round(built.peak_mib),
+        known, own = toolchain.solved(file) if built.worker else {}, built.functions
+        solved = [None if own is None else [name for name, its in known.items() if own.get(name) == its], len(known)]
+        return {"stages": rows, "cpu_seconds": round(compiled - clock.compiler, 2), "peak_mib": round(built.peak_mib), "solved": solved if known else None,
                 "complete": min(clock.left, clock.compiler) > 0.0}
     finally:
         shutil.rmtree(folder, ignore_errors=True)
@@ -134,7 +136,7 @@ def grade(submission: Submission, toolchain: Toolchain, stages: list, rubric: di
           by_blanks: bool = True) -> dict:
     """The record of a submission. `cached(file, stages, content, make)` returns make() or what it was for the same
     content."""
-    begin, record = time.monotonic(), {"status": "graded", "faults": submission.faults, "unread": submission.unread, "stages": []}
+    begin, record = time.monotonic(), {"status": "graded", "faults": submission.faults, "unread": submission.unread, "stages": [], "solved": {}}
     cpu, peak, clock = 0.0, 0, Clock(SECONDS_A_SUBMISSION)
     try:
         for file in dict.fromkeys(stage["file"] for stage in stages):
@@ -145,6 +147,7 @@ def grade(submission: Submission, toolchain: Toolchain, stages: list, rubric: di
             content = submission.files[file]
             result = cached(file, own, content, lambda: grade_file(toolchain, file, content, own, rubric, seed, clock, by_blanks))
             record["stages"] += result["stages"]
+            record["solved"][file] = result.get("solved")
             cpu, peak = cpu + result["cpu_seconds"], max(peak, result["peak_mib"])
         if any(row["state"] == "unread" for row in record["stages"]):
             record["status"] = "not-read"

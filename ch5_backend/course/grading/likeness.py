@@ -2,10 +2,13 @@
 
 A text is read as the compiler reads it, without comments and spaces. Of every GRAM tokens in a row a hash is kept, in
 which the names of variables and of own functions are numbered as they come: a copy with other names has the same hashes.
+
+A copy of the solution has no grams of its own. It is known by the functions of which the compiler makes the solution's instructions.
 """
 
 import json
 import re
+from collections import Counter
 from functools import lru_cache
 from pathlib import Path
 
@@ -22,6 +25,9 @@ STRING = r'"(?:\\.|[^"\\\n])*"?'  # or without an end: no quote in it is tried a
 NOTHING = re.compile(rf'({STRING})|//[^\n]*|/\*.*?(?:\*/|\Z)|^[^\S\n]*#(?![^\S\n]*define\b)[^\n]*', re.DOTALL | re.MULTILINE)
 DEFINE = re.compile(r'^[^\S\n]*#[^\S\n]*define\s+\w+(?:\([^)\n]*\))?', re.MULTILINE)  # but its replacement is read
 EMPTY = re.compile(r'(?<=[;{}])\s*(?:\(\s*void\s*\)\s*\w+\s*;|;)+')  # statements that do nothing
+FUNCTION = re.compile(r'^define (?:weak(?:_odr)? )?dso_local [^@\n]*@([\w$.]+)\(.*\n((?:(?!\}).*\n)*)', re.MULTILINE)
+# Of an instruction: numbers of values, types, texts and lines, and what is for a debugger.
+NUMBERS = re.compile(r'(?<=%)\d+|\.\d+(?=")|(?<=@\.str)[.\d]*|(?<=@__const)[\w.$]+|(?:, )?!\w+(?: !\d+)?| #\d+|(?<=, i32 noundef )\d+(?=, [^\n]*__PRETTY_FUNCTION__)')
 TOKEN = re.compile(rf'{STRING}|[A-Za-z_]\w*|\d[\w.]*|->|::|[^\s\w]')
 KEYWORDS = frozenset("auto bool break const continue double else false float for if int long nullptr return size_t static "
                      "std struct true void while".split())
@@ -69,6 +75,26 @@ def own_texts(file: str) -> list:
     if file not in FILES:
         return []
     return [*untouched(file), fill(solution_text(file), lambda region: region.solution)]
+
+
+def functions_in(code: str) -> dict:
+    """{function: hash of its instructions}, of the intermediate code of a file, for the functions that others call."""
+    return {name: short_hash("\n".join(NUMBERS.sub("", line) for line in body.splitlines() if " alloca " not in line))
+            for name, body in FUNCTION.findall(code)}
+
+
+def as_solution(records: list) -> list:
+    """[(name, file, how many of its functions have the solution's instructions, of how many)] of files in which most have, but for
+    those that so have a third of the class; None for how many where only the second compiler takes the file."""
+    found = []
+    for file in FILES:
+        own = {record["name"]: record["solved"][file] for record in records if record.get("solved", {}).get(file)}
+        times = Counter(one for names, _ in own.values() for one in names or ())
+        for name, (names, of_all) in own.items():
+            some = None if names is None else sum(times[one] <= max(2, len(own) / 3) for one in names)
+            if some is None or some >= SHARE * of_all:
+                found.append((name, file, some, of_all))
+    return found
 
 
 def alike_once(records: list, path: Path) -> list:

@@ -1,6 +1,6 @@
-"""./course pack student: the project as students get it. The solutions are in it as assembly, as ./course run, the stages
+"""./course pack student: the project as students get it. The solutions are in it as objects, as ./course run, the stages
 that build on one another and the tests of the library need them, and so is what the judge knows to be right; what would show them
-as text is left out. A graded file can carry no assembly: provenance.py."""
+as text is left out. No grader links these objects, and a graded file can carry no code but C++: provenance.py."""
 
 import gzip
 import io
@@ -10,6 +10,7 @@ import re
 import shutil
 import subprocess
 import tarfile
+import tempfile
 import zlib
 from pathlib import Path
 
@@ -80,7 +81,7 @@ def listed_by_git(*options):
 
 
 def compiled_solutions() -> dict:
-    """{"solutions/problem.cc": assembly}, also of what the judge knows to be right."""
+    """{"solutions/problem.cc": its assembly}, also of what the judge knows to be right."""
     build_or_fail(["solutions_as_assembly"])
     names = [f"solutions/{name}" for name in FILES]
     names += sorted(str(path.relative_to(ROOT)) for path in (ROOT / "ch5_homework/judge/right").glob("*.cc"))
@@ -106,20 +107,28 @@ def built_pages(out: Path) -> dict:
 def student_files(files: dict, compiled: dict, built: dict) -> dict:
     """{name: bytes} of the archive, from the project's files, the solutions' assembly and the built pages."""
     given = {name: content for name, content in files.items() if not name.startswith(LEFT_OUT) or name.startswith(KEPT)}
-    given |= built
-    made_for = f"# {platform.system()} {platform.machine()}\n"
+    given |= {**built, "solutions/made_for": f"{platform.system()} {platform.machine()}".encode()}
     for name in FILES:
         given[f"ch5_homework/{name}"] = skeleton(name).encode()  # whatever somebody has filled in
         given[f"solutions/{name}.blank"] = blanked(solution_text(name)).encode()
     for name in compiled:
         given.pop(name, None)
-        given[f"{name}.s"] = (made_for + without_formulas(compiled[name])).encode()
+        given[name.removesuffix("cc") + "o"] = assembled(without_formulas(compiled[name]))
     for name in [name for name in given if STORE.fullmatch(name)]:  # mistakes' sentences, which a check tells when it is time
         given[name + ".z"] = zlib.compress(given.pop(name), 9)
     for name in given:
         if name.endswith(".md"):
             given[name] = without_dead_links(name, NOT_GIVEN.sub("", given[name].decode("utf-8")), given).encode()
     return given
+
+
+def assembled(assembly: str) -> bytes:
+    """An object, with no names but those that a linker needs."""
+    with tempfile.TemporaryDirectory() as folder:
+        made = Path(folder) / "given.o"
+        subprocess.run(["as", "-o", made, "-"], input=assembly.encode(), check=True)
+        subprocess.run(["strip", "--strip-unneeded", made], check=True)
+        return made.read_bytes()
 
 
 def without_formulas(assembly: str) -> str:

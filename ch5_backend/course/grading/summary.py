@@ -15,7 +15,7 @@ from ..homework.check import MARKS
 from ..homework.diagnosis import SYMPTOMS, cause_of
 from . import outputs, unnamed
 from .job import OUT_OF_TIME
-from .likeness import alike_once
+from .likeness import alike_once, as_solution
 from .pages import element, paragraph, state_of, title, untouched
 
 NEAR = 10.0  # times its tolerance: so near a wrong number may be rounding
@@ -171,5 +171,7 @@ def likeness(out: Path, graded: list, say: Speaker) -> Markup:
             same.setdefault(json.dumps(record["content"]), []).append(record["name"])
     table = [[say("grade.list").join(names), say("grade.all_files"), say("grade.equal")] for names in same.values() if len(names) > 1]
     table += [[say("grade.list").join((a, b)), file, say("grade.own_lines", n=f"{100 * part:.0f}")] for a, b, file, part in alike_once(graded, out / ".cache" / "alike.json")]
+    table += [[name, file, say("grade.not_compared") if some is None else say("grade.as_solution", n=some, m=of_all)]
+              for name, file, some, of_all in as_solution(graded)]
     head = list(map(say, ["grade.submissions", "grade.file", "grade.share"]))
     return element("h2", say("grade.alike")) + (page.table(head, table, "words") if table else paragraph(say("grade.none")))

@@ -9,22 +9,29 @@ import shutil
 import stat
 import tempfile
 import time
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
+
+from ch5_backend.figures.atomic_write import write_whole
 
 from ..base.cmake_build import BUILD, build_or_fail
 from ..base.errors import CourseError
 from ..homework.compiler import does_not_compile
 from ..homework.diagnosis import Verdict, because
+from ..homework.make_skeleton import skeleton
+from ..homework.regions import fill, solution_text
 from ..base.scratch import scratch
-from . import provenance
+from . import likeness, provenance
+from .outputs import short_hash
 from .sandbox import MIB, Limits
 
 # A compiler needs two seconds and half a gigabyte for the solutions.
 COMPILING = Limits(seconds=30, wall_seconds=120.0, memory=3072 * MIB, processes=16, file_size=128 * MIB)
 COMPILERS_SECONDS = 60.0  # of the processor, for all compilations of a submission; the solutions need twelve
 COMPILERS_WALL = 120.0
+MADE_SIZE = 16 * MIB  # of what the first step writes, which is then read word by word; the largest solution has 6 MB
 # In a separate process, so that the driver survives a crash of the compiler and reports it.
 MAKES, MADE = (("-S", "-emit-llvm", "-fno-integrated-cc1"), ("-E",)), ("/out/made.ll", "/out/made.ii")
 LONGEST_LINE = 2000  # of the compiler's words: patterns take the square of it
@@ -52,11 +59,12 @@ def stalled(seconds: float) -> str:
 
 
 class Built(NamedTuple):
-    """`verdict` is the reason where there is no worker."""
+    """`verdict` is the reason where there is no worker; `functions` are its own (likeness.py), None of the second compiler."""
     worker: Path
     verdict: Verdict
     cpu_seconds: float
     peak_mib: float
+    functions: dict = None
 
 
 class Toolchain:
@@ -119,14 +127,14 @@ class Toolchain:
         # Of the header's functions only those in use are linked; the others call layers that this worker has not.
         rest = [str(self.object), "-Wl,--whole-archive", str(archives[0]), "-Wl,--no-whole-archive", str(archives[1]),
                 "-lpthread", "-Wl,--gc-sections"]
-        cpu = peak = 0.0
+        cpu, peak, code = 0.0, 0.0, ""
         for number in range(len(self.compilers)):
             if clock.compiler <= 0.0:
                 return Built(None, Verdict("does-not-compile", because("compiler.took_too_long_in_all", n=f"{COMPILERS_SECONDS:g}")), cpu, peak)
             if clock.wall <= 0.0:
                 raise Infrastructure(stalled(COMPILERS_WALL))
-            for step in (self._first_step(number, file), self._second_step(number, rest[number:])):
-                limits = COMPILING._replace(seconds=max(1, min(COMPILING.seconds, math.ceil(clock.compiler))),
+            for step, most in ((self._first_step(number, file), MADE_SIZE), (self._second_step(number, rest[number:]), COMPILING.file_size)):
+                limits = COMPILING._replace(file_size=most, seconds=max(1, min(COMPILING.seconds, math.ceil(clock.compiler))),
                                             wall_seconds=max(1.0, min(COMPILING.wall_seconds, clock.wall)))
                 begin = time.monotonic()
                 outcome = self._run(step, file, content, folder, (self.object, *archives), limits)
@@ -136,11 +144,16 @@ class Toolchain:
                 cpu, peak = cpu + outcome.cpu_seconds, max(peak, outcome.peak_mib)
                 if outcome.exit_code or not outcome.in_time:
                     break
-                if step[-1] != "/out/worker" and (refused := self._refused(number, folder / "out")):
-                    return Built(None, Verdict("does-not-compile", refused), cpu, peak)
+                if most == MADE_SIZE:
+                    begin = time.thread_time()
+                    code = read_made(folder / "out" / Path(MADE[number]).name)
+                    refused = self._refused(number, code, folder / "out")
+                    clock.compiler -= time.thread_time() - begin  # what reads for long is no less of the submission's doing
+                    if refused:
+                        return Built(None, Verdict("does-not-compile", refused), cpu, peak)
             worker = folder / "out" / "worker"
             if outcome.exit_code == 0 and worker.is_file() and not worker.is_symlink():
-                return Built(worker, None, cpu, peak)
+                return Built(taken_over(worker), None, cpu, peak, None if number else likeness.functions_in(code))
             if not outcome.in_time:  # a second compiler would take as long
                 break
         return Built(None, self._verdict(file, outcome, content, folder / "submission"), cpu, peak)
@@ -154,13 +167,28 @@ class Toolchain:
         before = compiler[:-2] if "-include" in compiler else compiler  # what it names is in the text already
         return [*before, MADE[number], *rest, "-Wl,-z,noexecstack", "-o", "/out/worker"]
 
-    def _refused(self, number: int, out: Path):
+    def solved(self, file: str) -> dict:
+        """{function: hash} of those functions of the solution that a student writes lines of."""
+        texts = fill(solution_text(file), lambda region: region.solution), skeleton(file)
+        path = BUILD / "grader" / f"solved.{short_hash(self.digest + ''.join(texts))}.json"
+        with suppress(OSError, ValueError):  # it takes a second a file
+            return json.loads(path.read_text(encoding="utf-8"))
+        solved, begun = (likeness.functions_in(self._made(0, file, text.encode())) for text in texts)
+        found = {name: its for name, its in solved.items() if begun.get(name) != its}
+        with suppress(OSError):
+            write_whole(path, json.dumps(found))
+        return found
+
+    def _made(self, number: int, file: str, content: bytes) -> str:
+        """What the first step makes of a text of ours."""
+        with tempfile.TemporaryDirectory(dir=scratch()) as folder:
+            self._run(self._first_step(number, file), file, content, Path(folder), ())
+            return read_made(Path(folder) / "out" / Path(MADE[number]).name)
+
+    def _refused(self, number: int, code: str, out: Path):
         """Why what the first step has made may not be linked, or None."""
-        code = read_made(out / Path(MADE[number]).name)
         if number and self._usual is None:
-            with tempfile.TemporaryDirectory(dir=scratch()) as folder:
-                self._run(self._first_step(number, "empty.cc"), "empty.cc", b"", Path(folder), ())
-                self._usual = provenance.usual_code(read_made(Path(folder) / "out" / Path(MADE[number]).name))
+            self._usual = provenance.usual_code(self._made(number, "empty.cc", b""))
         if word := provenance.foreign_code(code, number == 0, self._usual or frozenset()):
             return because("compiler.machine_code", word=word)
         given = out.with_name("submission")  # without a sandbox, in which it has another name
@@ -193,6 +221,16 @@ class Toolchain:
         bound = [self.include, self.header, *more]
         box = self.box({"/submission": given, **{str(path): self._seen(path) for path in bound}}, {"/out": out}, limits)
         return box.run(command)
+
+
+def taken_over(worker: Path) -> Path:
+    """The file as the grader's own, in the folder above, and the rest of its folder closed: an owner may change mode, times and
+    attributes, and so leave word to the next check."""
+    os.chmod(worker.parent, 0o700)
+    worker = worker.rename(worker.parents[1] / "worker")
+    os.chown(worker, os.geteuid(), os.getegid())
+    os.chmod(worker, 0o755)
+    return worker
 
 
 def read_made(path: Path) -> str:
