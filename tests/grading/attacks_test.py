@@ -37,7 +37,7 @@ sys.exit(entry.main(sys.argv[1:]))
 """
 
 REACHING_OUT = ("kill_the_parent", "kill_everybody", "daemon", "fork_bomb_at_a_large_weight", "disk", "disk_elsewhere", "secrets_read", "seed_sought",
-                "judges_memory", "remembered_from_another_test", "memory_that_nobody_counts")
+                "judges_memory", "remembered_from_another_test", "memory_that_nobody_counts", "modes_owners_and_times_changed", "locks_and_leases")
 
 ANSWERS = """#include "ch5_backend/consistency/gauge_freedom.h"
 #include "ch5_backend/dense/blocks/plain_block_solver.h"
@@ -117,6 +117,9 @@ class Attacks(unittest.TestCase):
                 self.assertEqual(record["status"], "graded")
                 self.assertEqual(record["score"], points if name.endswith("honest") else 0, row)
                 self.assertEqual(record["points"], points)
+                if name.endswith("honest"):  # it is the solution
+                    names, of_all = record["solved"][file]
+                    self.assertEqual(len(names), of_all)
         self.nothing_is_left()
         self.nothing_has_leaked(texts)
 

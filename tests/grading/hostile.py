@@ -1,16 +1,14 @@
 """The corpus of hostile submissions: wrong homework of stage 3, which does something else as well.
 
 attacks/*.attacks hold them, each behind a line "// ATTACK name". START is what an attack does before main, ACT in the graded
-function; any other code stands in front of that. Those marked "bare" harm nobody, so that the judge withstands them without
-a sandbox too: `hostile FILE` writes them as one translation unit, in which the variable CH5_ATTACK names the one that acts.
+function; any other code stands in front of that.
 """
 
 import re
-import sys
 from pathlib import Path
 
 FOLDER = Path(__file__).with_name("attacks")
-ATTACK = re.compile(r"^// ATTACK (\w+)( bare)?\n", re.MULTILINE)
+ATTACK = re.compile(r"^// ATTACK (\w+)\n", re.MULTILINE)
 
 HEAD = """#include <fcntl.h>
 #include <sched.h>
@@ -104,52 +102,8 @@ void AddMonoBaEdges(const MonoBaScene& scene, double, double weight, MonoBa* pro
 }  // namespace ch5
 """
 
-# Of an attack among others: what it does at the start, and in the graded function.
-ONE_OF_MANY = """
-namespace attack_@NAME@ {
-@TEXT@
-#ifdef START
-const bool started = IsNamed("@NAME@") && ([] { START; }(), true);
-#undef START
-#endif
-#ifndef ACT
-#define ACT
-#endif
-void Act(const ch5::MonoBaScene& scene, double weight, ch5::MonoBa* problem) { ACT; }
-#undef ACT
-const bool added = Attacks().emplace("@NAME@", &Act).second;
-}
-"""
-BEFORE_MANY = """
-using namespace ch5;
-std::map<std::string, void (*)(const MonoBaScene&, double, MonoBa*)>& Attacks() {
-  static std::map<std::string, void (*)(const MonoBaScene&, double, MonoBa*)> attacks;
-  return attacks;
-}
-std::string Named() {
-  const char* name = getenv("CH5_ATTACK");
-  return name == nullptr ? "" : name;
-}
-bool IsNamed(const std::string& name) { return Named() == name; }
-"""
 
-
-def read_attacks(name: str, bare: bool = False) -> dict:
-    """{name: its code}, of all or of those that are bare."""
+def read_attacks(name: str) -> dict:
+    """{name: its code}"""
     pieces = ATTACK.split((FOLDER / f"{name}.attacks").read_text(encoding="utf-8"))
-    return {one: text for one, mark, text in zip(pieces[1::3], pieces[2::3], pieces[3::3]) if mark or not bare}
-
-
-def bare_attacks() -> dict:
-    return {**read_attacks("start", bare=True), **read_attacks("running", bare=True)}
-
-
-def all_bare() -> str:
-    """All bare attacks as one file of the homework."""
-    many = "".join(ONE_OF_MANY.replace("@NAME@", name).replace("@TEXT@", text) for name, text in bare_attacks().items())
-    act = "\n#define ACT if (Attacks().count(Named()) > 0) Attacks().at(Named())(scene, weight, problem)\n"
-    return (HEAD + BEFORE_MANY + many + act + TAIL).replace("@MARK@", "bare")
-
-
-if __name__ == "__main__":
-    Path(sys.argv[1]).write_text(all_bare(), encoding="utf-8")
+    return dict(zip(pieces[1::2], pieces[2::2]))

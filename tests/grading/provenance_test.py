@@ -29,6 +29,12 @@ class ForeignCode(unittest.TestCase):
         self.assertEqual(foreign_code('__asm__ volatile ("bswap %0" : "=r" (x));', False,
                                       usual_code('__asm__  volatile ("bswap %0" : "=r" (x));')), "")
 
+    def test_long_constants(self):
+        for count, word in ((100, ""), (101, "constants")):
+            own = [str(10**11 + k) for k in range(count)]
+            for is_ir, form in ((True, "  store volatile i64 {}, i64* %2\n"), (False, "volatile auto a = {}ull;\n")):
+                self.assertEqual(foreign_code("".join(map(form.format, own)), is_ir, frozenset(["99999999999"])), word)
+
     def test_files_that_were_read(self):
         rule = "made.ll: /submission/a.cc \\\n  /usr/include/c++/12/vector /course/x.h"
         self.assertEqual(foreign_file(rule, ("/course/",)), "")

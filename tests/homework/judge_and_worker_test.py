@@ -1,7 +1,6 @@
-"""homework_judge and its workers: what does not speak is told, no answer is linked, and no attack is judged right."""
+"""homework_judge and its workers: what does not speak is told, and no answer is linked."""
 
 import json
-import os
 import re
 import subprocess
 import tempfile
@@ -10,66 +9,46 @@ import unittest
 from pathlib import Path
 
 from ch5_backend.course.homework.regions import STAGES
-from tests.grading.hostile import bare_attacks
 from tests.project import BUILD, ROOT, run
 
 BIN = BUILD / "bin"
-A_FEW = "Stage3.OnePrior*:Stage3.NoneAt*:Stage3.Drift*"  # in the last one weights are large
 
 
-def judge(worker: list, tests: str, *options, **environment):
-    """({test: words of its first failure, or ""}, what was printed, seconds)"""
+def judge(worker: list, tests: str, *options) -> dict:
+    """{test: words of its first failure, or ""}"""
     with tempfile.TemporaryDirectory() as folder:
         report = Path(folder) / "report.json"
-        begun = time.monotonic()
-        done = subprocess.run([str(BIN / "homework_judge"), "--quiet", f"--gtest_filter={tests}",
-                               f"--gtest_output=json:{report}", *options, "--", *worker], cwd=folder, timeout=250,
-                              stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False,
-                              env={**os.environ, **environment})
-        seconds = time.monotonic() - begun
-        if environment:
-            time.sleep(0.2)  # for whoever still writes
+        done = run(BIN / "homework_judge", "--quiet", f"--gtest_filter={tests}", f"--gtest_output=json:{report}", *options, "--", *worker,
+                   cwd=folder, timeout=250)
         suites = json.loads(report.read_text(encoding="utf-8"))["testsuites"]
     failures = {test["classname"] + "." + test["name"]: test.get("failures", [{"failure": ""}])[0]["failure"]
                 for suite in suites for test in suite["testsuite"]}
     assert done.returncode == any(failures.values()), (done.returncode, failures, done.stdout)
-    return failures, done.stdout, seconds
+    return failures
 
 
 def names() -> list:
     return sorted({Path(stage["file"]).stem for stage in STAGES})
 
 
-def left_behind(worker: Path) -> list:
-    """The ids of processes that still run this program."""
-    left = []
-    for folder in Path("/proc").glob("[0-9]*"):
-        try:
-            if (folder / "exe").resolve() == worker.resolve():
-                left.append(folder.name)
-        except OSError:
-            pass
-    return left
-
-
 class Verdicts(unittest.TestCase):
     def test_a_worker_that_does_not_speak_is_told(self):
         for worker, words in (["/bin/true"], "START: EXIT 0"), (["/nowhere"], "START: EXIT 127"), \
                 (["/bin/cat"], "START: TIMEOUT"), (["/bin/echo", "hello"], "GARBAGE"), (["/bin/sleep", "9"], "TIMEOUT"):
-            failures, _, _ = judge(worker, "Stage2.TheSlides*", "--time-limit=0.5")
+            failures = judge(worker, "Stage2.TheSlides*", "--time-limit=0.5")
             self.assertIn(words, failures["Stage2.TheSlidesExample"])
 
     def test_who_does_not_end_once_has_less_time_afterwards(self):
         for worker, seconds in ((["/bin/cat"], 6.0), (["/bin/sleep", "99"], 6.0)):
             begin = time.monotonic()
-            failures, _, _ = judge(worker, "Stage6.*", "--time-limit=4")
+            failures = judge(worker, "Stage6.*", "--time-limit=4")
             self.assertGreater(len(failures), 15)
             self.assertTrue(all("TIMEOUT" in words for words in failures.values()), failures)
             self.assertLess(time.monotonic() - begin, seconds)
 
     def test_the_solutions_are_right_with_seeds_that_were_unlucky(self):
         for seed, test in ((327, "Stage3.Drift*"), (575, "Stage6.EqualsADense*")):
-            failures, _, _ = judge([str(BIN / "worker_samples"), "--submission=linked"], test, f"--seed={seed}")
+            failures = judge([str(BIN / "worker_samples"), "--submission=linked"], test, f"--seed={seed}")
             self.assertEqual([*failures.values()], [""], test)
 
     def test_wrong_calls_are_refused(self):
@@ -133,33 +112,3 @@ class Archives(unittest.TestCase):
         for name in ("FactorNormalEquations", "EliminateVertices", "homework::StackedNormalEquations"):
             self.assertTrue(any(name in line and ANSWERS.match(line.split(maxsplit=2)[2]) for line in symbols.splitlines()
                                 if len(line.split(maxsplit=2)) == 3), name)
-
-
-class Attacks(unittest.TestCase):
-    """Those of tests/grading/attacks that harm nobody, without a sandbox."""
-
-    def test_none_is_right_or_leaves_anything(self):
-        folder = tempfile.TemporaryDirectory(dir=BIN)
-        self.addCleanup(folder.cleanup)
-        worker = Path(folder.name) / "worker"  # a name of its own: other tests run the same program
-        os.link(BIN / "worker_attacks", worker)
-        for name in bare_attacks():
-            with self.subTest(attack=name):
-                failures, printed, took = judge([str(worker)], A_FEW, "--time-limit=1", CH5_ATTACK=name)
-                self.assertEqual(len(failures), 3)
-                for test, words in failures.items():
-                    self.assertNotEqual(words, "", test)
-                if "large_weight" in name or "promised" in name:
-                    self.assertIn("TIMEOUT", failures["Stage3.DriftOfTheFirstFrameGoesToZero"])
-                self.assertLess(len(printed), 1 << 20)
-                self.assertLess(took, 30)  # generous: other tests run at the same time
-                self.assertEqual(left_behind(worker), [])
-
-    def test_without_an_attack_the_answers_are_merely_wrong(self):
-        failures, _, _ = judge([str(BIN / "worker_attacks")], A_FEW)
-        for words in failures.values():
-            self.assertIn("check", words)
-
-    def test_what_is_printed_is_shown(self):
-        _, printed, _ = judge([str(BIN / "worker_attacks")], "Stage3.OnePrior*", CH5_ATTACK="report_printed")
-        self.assertIn(b"[  PASSED  ] 7 tests.", printed)

@@ -1,22 +1,9 @@
 # The grader's judge and workers, tested.
-# Workers for tests: of all samples, and of hostile submissions.
+# A worker for tests, of all samples.
 add_executable(worker_samples $<TARGET_OBJECTS:samples> $<TARGET_OBJECTS:worker_main> $<TARGET_OBJECTS:wire>
   ${scene_objects} ${worker_objects})
 target_link_libraries(worker_samples PRIVATE student_flags ch5_backend ch5_warnings -s)
 set_target_properties(worker_samples PROPERTIES LINKER_LANGUAGE CXX RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
-
-set(hostile ${PROJECT_SOURCE_DIR}/tests/grading)
-file(GLOB attacks CONFIGURE_DEPENDS ${hostile}/attacks/*.attacks)
-add_custom_command(OUTPUT attacks.cc DEPENDS ${hostile}/hostile.py ${attacks}
-  COMMAND ${ch5_python_module} tests.grading.hostile ${CMAKE_CURRENT_BINARY_DIR}/attacks.cc)
-add_library(attacks OBJECT attacks.cc)
-target_link_libraries(attacks PRIVATE student_flags)
-target_compile_options(attacks PRIVATE -w)
-target_precompile_headers(attacks REUSE_FROM student_pch)
-add_executable(worker_attacks $<TARGET_OBJECTS:attacks>)
-target_link_libraries(worker_attacks PRIVATE -Wl,--whole-archive worker_gauge_prior -Wl,--no-whole-archive
-  worker_layers_gauge_prior ch5_settings ch5_warnings)
-set_target_properties(worker_attacks PROPERTIES LINKER_LANGUAGE CXX RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
 
 ch5_add_python_tests(Homework judge_and_worker_test.py LABELS grading)
 

@@ -41,14 +41,20 @@ function(ch5_json_words variable)
   list(JOIN words ", " words)
   set(${variable} "${words}" PARENT_SCOPE)
 endfunction()
+# Constants lie apart from code, in pages that cannot be run: gold, and others on some processors, put both together.
+set(apart -Wl,-z,separate-code)
+set(quickly_apart ${fast_linker} ${apart})
+if(fast_linker MATCHES gold)
+  set(quickly_apart ${fast_linker} -Wl,--rosegment)
+endif()
 file(REAL_PATH ${CH5_CLANG} clang)  # the sandbox has no /etc/alternatives
 file(REAL_PATH ${CMAKE_CXX_COMPILER} compiler)
-ch5_json_words(quick ${clang} --driver-mode=g++ ${fast_linker} ${flags} ${filled} -include-pch ${precompiled})
+ch5_json_words(quick ${clang} --driver-mode=g++ ${quickly_apart} ${flags} ${filled} -include-pch ${precompiled})
 if(NOT CH5_FILLS_THE_STACK)
   set(filled)
 endif()
 # With the same headers: ch5_homework/judge/student_pch.h gives them to a check.
-ch5_json_words(usual ${compiler} ${flags} ${filled} -include ch5_homework/judge/remote/precompiled.h)
+ch5_json_words(usual ${compiler} ${apart} ${flags} ${filled} -include ${grader}/include/ch5_homework/judge/remote/precompiled.h)
 file(CONFIGURE OUTPUT ${grader}/toolchain.json @ONLY CONTENT [=[{
   "include": "@grader@/include",
   "precompiled": ["@grader@/precompiled.pch", "@grader@/precompiled.o"],
