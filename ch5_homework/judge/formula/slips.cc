@@ -176,11 +176,12 @@ class Search {
          const std::vector<Formula>& earlier, const Text* cause = nullptr)
       : formula_(formula), got_(got), is_(is), earlier_(earlier), cause_(cause) {}
 
-  /// What the first turn of a loop had, in the first call, wherever it is used.
+  /// What the first turn of a loop had, in the first call, wherever it is used; a later call may be of another size.
   std::optional<Mistake> Kept(const Expression& way, const Expression& of_first_call) {
     for (const auto& [name, first] : FirstOnes(of_first_call)) {
       const auto change = [&, &name = name, &first = first](const Expression& x) {
-        return x != first && NameOf(x) == name ? first : nullptr;
+        const bool fits = Value(x).rows() == Value(first).rows() && Value(x).cols() == Value(first).cols();
+        return x != first && NameOf(x) == name && fits ? first : nullptr;
       };
       Try(Say("formula.kept_from_the_first", {{"this", name}}), {}, ReplaceAll(way, change));
     }
