@@ -71,7 +71,7 @@ class Tracker {
 
  private:
   std::vector<Corner> Follow(const std::vector<cv::Mat>& pyramid, const Qd& R_C1_C0);
-  void AddCorners(const cv::Mat& gray);
+  void AddCorners();
 
   Calibration calibration_;
   Lens lens_;
