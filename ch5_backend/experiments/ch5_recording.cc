@@ -143,7 +143,9 @@ void Run(const Command& command) {
   warn(ch5::CheckNoise(&recording, &settings));
   const auto is_dead = [](const ch5::RecordingWarning& warning) { return warning.name == "gyroscope_dead"; };
   if (std::none_of(readings.begin(), readings.end(), is_dead)) {  // else nothing can be compared with the images
-    warn(ch5::CheckMeasurements(recording, &settings));
+    ch5::RecordingWarnings doubts = ch5::CheckMeasurements(recording, &settings);
+    ch5::CorrectFocalLength(settings.estimator.time_offset, &doubts, &recording);
+    warn(doubts);
     warn(ch5::CheckClock(recording, &settings));
   }
   const ch5::OutputFolder made(command.out);

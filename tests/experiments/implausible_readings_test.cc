@@ -193,9 +193,15 @@ TEST(ImplausibleReadings, ImagesThatTurnFartherThanTheGyroscopeTellWhy) {
         for (ImuMeasurement& m : recording.imu) m.gyroscope /= times;
       }
       OdometrySettings settings;
-      const RecordingWarnings warnings = CheckMeasurements(recording, &settings);
+      RecordingWarnings warnings = CheckMeasurements(recording, &settings);
       ASSERT_EQ(Names(warnings), name) << times;
       EXPECT_NEAR(warnings[0].value, times, 0.05);
+      const double f = recording.calibration.fx, x = recording.images[0].tracks[0].x.x();
+      CorrectFocalLength(0.0, &warnings, &recording);
+      const bool is_corrected = name == "turns_focal";
+      EXPECT_EQ(Names(warnings), is_corrected ? "focal_corrected" : name);
+      EXPECT_NEAR(recording.calibration.fx, is_corrected ? times * f : f, 0.015 * f);
+      EXPECT_NEAR(recording.images[0].tracks[0].x.x() * recording.calibration.fx, x * f, 1e-9) << "the same pixel";
     }
   }
   Recording recording = Healthy();

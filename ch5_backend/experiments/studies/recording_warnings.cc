@@ -209,6 +209,27 @@ struct Starts {
 
 }  // namespace
 
+void CorrectFocalLength(double delay, RecordingWarnings* warnings, Recording* recording) {
+  const auto found = std::find_if(warnings->begin(), warnings->end(),
+                                  [](const RecordingWarning& warning) { return warning.name == "turns_focal"; });
+  Calibration& c = recording->calibration;
+  if (found == warnings->end() || c.camera1) return;
+  const double before = c.fx;
+  const auto scale_rays = [&](double factor) {
+    c.fx /= factor, c.fy /= factor;
+    for (Image& image : recording->images)
+      for (TrackedPoint& track : image.tracks) track.x *= factor;
+  };
+  scale_rays(1.0 / found->value);
+  // The first estimate is a tenth too small or too large; from there the second errs by a tenth of that.
+  const auto left = FindDisagreement(*recording, delay);
+  if (left) scale_rays(1.0 + left->focal.value);
+  const double times = c.fx / before, sigma = std::max(0.01 * times, left ? left->focal.sigma : found->other);
+  *found = {"focal_corrected", times, sigma,
+            Join("the images turn ", times, " ± ", sigma,
+                 " times as far as the gyroscope: the focal length is taken for so many times as long (corrected)")};
+}
+
 RecordingWarnings CheckClock(const Recording& recording, OdometrySettings* settings) {
   if (!settings->finds_clock) return {};
   double* const offset = &settings->estimator.time_offset;

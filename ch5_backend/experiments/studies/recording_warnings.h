@@ -22,6 +22,10 @@ std::string Join(const Words&... words) {
 /// IMU disagree. What the turns tell of the delay of the camera's clock becomes the settings' first guess.
 RecordingWarnings CheckMeasurements(const Recording& recording, OdometrySettings* settings);
 
+/// Where CheckMeasurements has found the focal length wrong, corrects it and all rays of one camera, and says so.
+/// @param delay  of the camera's clock, as far as it is known [s]
+void CorrectFocalLength(double delay, RecordingWarnings* warnings, Recording* recording);
+
 /// After CheckMeasurements: sets the delay of the camera's clock where the recording decides it (see clock_check.h), and says so.
 RecordingWarnings CheckClock(const Recording& recording, OdometrySettings* settings);
 
