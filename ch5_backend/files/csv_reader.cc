@@ -4,6 +4,7 @@
 #include <cctype>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <set>
 
 #include "ch5_backend/math/median.h"
@@ -39,10 +40,14 @@ std::string_view UnitOf(std::string_view cell) {
   return cell.substr(0, cell.find_first_of(" /^]"));
 }
 
-bool IsInOtherUnit(const std::string& column, std::string_view unit) {
-  if (column == "timestamp") return !unit.empty() && unit != "ns";
-  const std::set<std::string_view> others = {"deg", "°", "dps", "g", "mg", "mm", "cm", "km"};
-  return others.count(unit) > 0;
+// Of meters, seconds and radians; 1 for a unit that is one of them or not known.
+double FactorOf(std::string_view unit) {
+  constexpr double kDegree = M_PI / 180.0, kG = 9.80665;
+  const std::map<std::string_view, double> others = {{"deg", kDegree}, {"°", kDegree},   {"dps", kDegree},
+                                                     {"mm", 1e-3},     {"cm", 1e-2},     {"km", 1e3},
+                                                     {"g", kG},        {"mg", 1e-3 * kG}};
+  const auto found = others.find(unit);
+  return found == others.end() ? 1.0 : found->second;
 }
 
 }  // namespace
@@ -56,18 +61,21 @@ CsvReader::CsvReader(const std::string& path) : reader_(path) {
   const std::optional<std::string_view> header = reader_.ReadLine();
   if (!header) Fail("the file is empty");
   bool is_in_ns = false;
+  double factor = 1.0;
+  std::string last_stem;
   std::set<std::string> names;
   std::string twice;
   separator_ = SeparatorOf(*header);
   for (const std::string_view cell : SplitAt(separator_, *header)) {
     columns_.push_back(PlainName(cell));
     if (!columns_.back().empty() && !names.insert(columns_.back()).second) twice = columns_.back();
-    const bool is_in_other_unit = IsInOtherUnit(columns_.back(), UnitOf(cell));
-    if (columns_.back() == "timestamp") {
-      is_in_ns = !is_in_other_unit;
-    } else if (is_in_other_unit) {
-      Fail(columns_.back() + ": must be in meters, seconds and radians, got " + TextReader::Quote(cell));
-    }
+    const std::string_view unit = UnitOf(cell);
+    if (columns_.back() == "timestamp") is_in_ns = unit.empty() || unit == "ns";
+    // "w_x [deg/s],w_y,w_z": a unit stands for the axes that follow, too.
+    const std::string stem = columns_.back().substr(0, columns_.back().rfind('_'));
+    if (!unit.empty() || stem != last_stem) factor = FactorOf(unit);
+    last_stem = stem;
+    factors_.push_back(factor);
   }
   if (!is_in_ns) {
     Fail("the first line must name the columns and begin with \"#timestamp [ns]\", got " + TextReader::Quote(*header));
@@ -161,7 +169,11 @@ std::string_view CsvReader::Cell(const std::string& column) const {
   reader_.FailAt(1, "there is no column " + column + "; the first line names " + names);
 }
 
-double CsvReader::Number(const std::string& column) const { return reader_.ToDouble(Cell(column), column.c_str()); }
+double CsvReader::Number(const std::string& column) const {
+  const std::string_view cell = Cell(column);
+  const auto k = std::find(columns_.begin(), columns_.end(), column) - columns_.begin();
+  return factors_[static_cast<size_t>(k)] * reader_.ToDouble(cell, column.c_str());
+}
 
 int64_t CsvReader::Integer(const std::string& column, int64_t low, int64_t high) const {
   return reader_.ToInteger(Cell(column), column.c_str(), low, high);

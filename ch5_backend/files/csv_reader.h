@@ -27,8 +27,7 @@ struct ClockJump {
 
 class CsvReader {
  public:
-  /// @throws FileError if it cannot be read, or the first line names no columns, no timestamp [ns], one column twice, or a unit
-  ///         such as [deg/s], [g] or [mm]
+  /// @throws FileError if it cannot be read, or the first line names no columns, no timestamp [ns], or one column twice
   explicit CsvReader(const std::string& path);
 
   bool Has(const std::string& column) const;
@@ -47,6 +46,7 @@ class CsvReader {
   /// The row's time stamp [ns].  @throws FileError unless it is a whole number, in order with those of the other rows
   int64_t Stamp(bool may_repeat = false);
   std::string_view Cell(const std::string& column) const;
+  /// In meters, seconds and radians: of a column whose name ends in a unit such as [deg/s], [g] or [mm] it is converted.
   /// @throws FileError unless it is a finite number, or a whole one in [low, high]
   double Number(const std::string& column) const;
   int64_t Integer(const std::string& column, int64_t low, int64_t high) const;
@@ -64,6 +64,7 @@ class CsvReader {
   TextReader reader_;
   char separator_ = ',';
   std::vector<std::string> columns_;
+  std::vector<double> factors_;  // of their units
   std::vector<std::string_view> cells_;
   std::vector<LineStamp> stamps_;
   std::set<int> jumps_;                              // lines whose stamps are out of order

@@ -1,22 +1,43 @@
 /// The front end as a program: ch5_track FOLDER --out DIR.
 
+#include <algorithm>
 #include <cstdio>
+#include <numeric>
 #include <stdexcept>
 
 #include "ch5_backend/experiments/studies/command_line.h"
+#include "ch5_backend/experiments/studies/implausible_readings.h"
+#include "ch5_backend/experiments/studies/recording_warnings.h"
 #include "ch5_backend/files/recording_file.h"
 #include "ch5_backend/track/track_images.h"
 
 namespace {
 
 constexpr char kUsage[] =
-    "usage: ch5_track FOLDER --out DIR [--mono] [--strict]\n"
+    "usage: ch5_track FOLDER --out DIR [--mono] [--strict] [--check]\n"
     "Follows corners through the images of FOLDER, which is in EuRoC's layout (mav0/ with cam0, imu0 and perhaps\n"
     "cam1 and state_groundtruth_estimate0; ch5_backend/GUIDE.md), and writes the recording DIR: tracks.csv, imu.csv,\n"
     "calibration.yaml and, where the truth is known, groundtruth.csv. --mono leaves cam1 out.\n"
-    "Rows and images that cannot be read are left out and counted; with --strict the first is an error.\n";
+    "Rows and images that cannot be read are left out and counted; with --strict the first is an error.\n"
+    "--check names what is doubtful in the data, as ch5_recording does: a gyroscope that is dead or in degrees, "
+    "rates.\n";
 
-void Run(const std::string& folder, const std::string& out, bool mono, bool strict) {
+// The doubts that concern the tracks: the estimators name these and others.
+void Check(ch5::Recording recording, const std::string& folder) {
+  ch5::OdometrySettings settings;
+  std::vector<int> lines(recording.imu.size(), 0);
+  std::iota(lines.begin(), lines.end(), 2);
+  ch5::RecordingWarnings warnings = ch5::CheckReadings(folder + "/imu.csv", lines, false, &recording);
+  const auto is_dead = [](const ch5::RecordingWarning& warning) { return warning.name == "gyroscope_dead"; };
+  if (std::none_of(warnings.begin(), warnings.end(), is_dead)) {
+    const auto more = ch5::CheckMeasurements(recording, &settings);
+    warnings.insert(warnings.end(), more.begin(), more.end());
+  }
+  for (const ch5::RecordingWarning& warning : warnings)
+    std::fprintf(stderr, "ch5_track: warning: %s\n", warning.words.c_str());
+}
+
+void Run(const std::string& folder, const std::string& out, bool mono, bool strict, bool check) {
   std::vector<ch5::LeftOut> left_out;
   const auto counted = strict ? nullptr : &left_out;
   const ch5::EurocFolder euroc = ch5::ReadEurocFolder(folder, mono, counted);
@@ -37,6 +58,7 @@ void Run(const std::string& folder, const std::string& out, bool mono, bool stri
   if (observations == 0)
     throw std::invalid_argument("no corner was found in " + std::to_string(frames.size()) + " images");
   ch5::WriteRecording(tracked.recording, out);
+  if (check) Check(tracked.recording, out);
   const auto count = static_cast<double>(frames.size());
   std::printf(
       "%zu images of %d × %d pixels, %.0f a second of one core; %.0f tracks an image, each %.0f images long on "
@@ -54,11 +76,12 @@ void Run(const std::string& folder, const std::string& out, bool mono, bool stri
 
 int main(int argc, char** argv) {
   std::string folder, out;
-  bool mono = false, strict = false;
+  bool mono = false, strict = false, check = false;
   ch5::CommandLine line("ch5_track", kUsage);
   line.Argument("FOLDER", &folder);
   line.Text("--out", &out);
   line.Flag("--mono", [&] { mono = true; });
   line.Flag("--strict", [&] { strict = true; });
-  return line.Run(argc, argv, [&] { Run(folder, out, mono, strict); });
+  line.Flag("--check", [&] { check = true; });
+  return line.Run(argc, argv, [&] { Run(folder, out, mono, strict, check); });
 }

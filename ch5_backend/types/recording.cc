@@ -46,15 +46,24 @@ std::string WhyNotInPixels(const Camera& camera) {
 
 std::string WhyNotInUnits(const std::vector<ImuMeasurement>& imu, const Calibration& calibration) {
   if (imu.size() < 2) return "at least two IMU measurements are needed";
-  std::vector<double> steps, forces;
+  std::vector<double> steps, forces, turns;
   for (size_t k = 1; k < imu.size(); ++k) steps.push_back(imu[k].t - imu[k - 1].t);
-  for (const ImuMeasurement& measurement : imu) forces.push_back(measurement.acceleration.norm());
+  for (const ImuMeasurement& measurement : imu) {
+    forces.push_back(measurement.acceleration.norm());
+    turns.push_back(measurement.gyroscope.lpNorm<Eigen::Infinity>());
+  }
   const double force = Median(forces);
+  constexpr double kFastest = 40.0;  // [rad/s]: no common gyroscope measures more than 2,000°/s
+  const double rate_of_turns = Quantile(turns, 0.99);
   std::ostringstream why;
   if (const double rate = 1.0 / Median(steps);
       rate > 20.0 * calibration.imu_rate || rate < calibration.imu_rate / 20.0) {
     why << "the timestamps tell of " << rate << " measurements a second, the calibration of " << calibration.imu_rate
         << ": is one of them wrong? Timestamps are in nanoseconds";
+  } else if (rate_of_turns > kFastest) {
+    why << "the rates are up to " << rate_of_turns
+        << " rad/s (a hundredth is above), more than a gyroscope measures: are "
+        << "they in degrees? Then call their columns w_x [deg/s] and so on";
   } else if (force < 0.4 * calibration.gravity || force > 2.5 * calibration.gravity) {
     why << "the accelerations are " << force << " m/s² long (median), where gravity alone is " << calibration.gravity
         << ": are they swapped with the rates, in another unit, or without gravity?";

@@ -71,6 +71,14 @@ def swap_vectors_everywhere(text: str) -> str:
     return "\n".join(map(swap_vectors, text.split("\n")))
 
 
+def scaled(text: str, w: float, a: float, head=lambda line: line) -> str:
+    """imu0's table with so many times the rates and accelerations."""
+    first, *rows = text.strip().split("\n")
+    cells = [row.split(",") for row in rows]
+    factors = [w] * 3 + [a] * 3
+    return "\n".join([head(first), *(",".join([row[0], *(repr(k * float(cell)) for k, cell in zip(factors, row[1:]))]) for row in cells)]) + "\n"
+
+
 # What is done to the folder, and the sentence; FOLDER stands for mav0, STAMP for any time stamp.
 BROKEN = {
     "no IMU table": (lambda mav0: (mav0 / MOTION).unlink(),
@@ -84,9 +92,8 @@ BROKEN = {
     "swapped columns": (
         edit(MOTION, swap_vectors_everywhere), r"FOLDER/imu0/data\.csv:\d+: the accelerations are 0\.\d+ m/s² long \(median\), where "
         r"gravity alone is 9\.81: are they swapped with the rates, in another unit, or without gravity\?"),
-    "rates in degrees, as their column says": (
-        replace(MOTION, r"w_RS_S_y \[rad s\^-1\]", "w_RS_S_y [deg/s]"), r"FOLDER/imu0/data\.csv:1: w_y: must be in meters, seconds "
-        r"and radians, got \"w_RS_S_y \[deg/s\]\""),
+    "rates in degrees": (edit(MOTION, lambda text: scaled(text, 3e4, 1.0)), r"FOLDER/imu0/data\.csv:\d+: the rates are up to "
+                         r"\d+\.?\d* rad/s .*: are they in degrees\? Then call their columns w_x \[deg/s\] and so on"),
     "VINS-Mono's configuration as sensor.yaml": (
         edit(SENSOR, lambda text: '%YAML:1.0\nimu_topic: "/imu0"\nmodel_type: PINHOLE\n'), r"FOLDER/cam0/sensor\.yaml: configurations, such as "
         r"VINS-Mono's, are not read: ch5_backend/GUIDE\.md has a sensor\.yaml to fill in"),
@@ -214,13 +221,13 @@ class TrackApp(AppTest):
 
     @classmethod
     def setUpClass(cls):
-        folder = rendered(cls, ("flight", 1), ("pair", 0.95, "stereo"))
-        cls.flight, pair = folder / "flight", folder / "pair"
+        folder = rendered(cls, ("flight", 1), ("moving", 4), ("pair", 0.95, "stereo"))
+        cls.flight, cls.moving, pair = folder / "flight", folder / "moving", folder / "pair"
         cls.at_rest = real("euroc_v1_01_mav0", pair / "mav0")  # twenty images of two cameras that stand still
 
-    def copy(self, change=lambda mav0: None, name="copy") -> Path:
+    def copy(self, change=lambda mav0: None, name="copy", of=None) -> Path:
         place = self.folder / name
-        shutil.copytree(self.flight, place)
+        shutil.copytree(of or self.flight, place)
         change(place / "mav0")
         return place
 
@@ -254,6 +261,24 @@ class TrackApp(AppTest):
                     self.assertEqual((out / file).read_bytes(), content, file)
         done = self.solve(self.copy(HARMLESS["no newline at the end"], "cut"), "--out", self.out)
         self.assertIn("imu0: the last line has no end", done.stdout)
+
+    def test_units_that_the_columns_name_are_converted(self):
+        self.solve(self.copy(name="plain"), "--out", self.folder / "expected")
+        head = lambda _: "#timestamp [ns],w_x [deg/s],w_y,w_z,a_x [g],a_y,a_z"
+        self.solve(self.copy(edit(MOTION, lambda text: scaled(text, 180 / np.pi, 1 / 9.80665, head)), "units"), "--out", self.out)
+        imu = [np.genfromtxt(place / "imu.csv", delimiter=",", skip_header=1) for place in (self.folder / "expected", self.out)]
+        np.testing.assert_allclose(imu[0], imu[1], rtol=1e-9, atol=1e-12)
+
+    def test_what_is_doubtful_is_said_beside_the_tracks(self):
+        def without_gyroscope(text):
+            return "\n".join(re.sub(r"^(\d+),[^,]*,[^,]*,[^,]*", r"\1,0.01,-0.02,0.015", line) for line in text.split("\n"))
+        for name, change, words in (("dead", edit(MOTION, without_gyroscope), "the gyroscope feels nothing on axis x, y, z all along"),
+                                    ("degrees", edit(MOTION, lambda text: scaled(text, 20.0, 1.0)), "the images turn 0.05.* times as far as the gyroscope: is it in rad/s"),
+                                    ("rate", replace("imu0/sensor.yaml", "rate_hz: .*", "rate_hz: 500"), r"the IMU measures 200\.00 times a second, and 500\.00 by imu\.rate_hz"),
+                                    ("whole", lambda mav0: None, "")):
+            with self.subTest(name):
+                done = self.program(self.copy(change, name, self.moving), "--out", self.out, "--check")
+                self.assertRegex(done.stderr, f"warning: {words}" if words else "^$")
 
     def test_calibrations_of_kalibr_stand_for_sensor_yaml(self):
         self.solve(self.copy(name="plain"), "--out", self.folder / "expected")

@@ -30,7 +30,7 @@ def track(arguments) -> int:
         build_or_fail([TRACKER])
     for path, place in places.items():
         with locked_dir(place):
-            run_programs([tracking(f"./{path}" if path.startswith("-") else path, place, arguments)], arguments.json)
+            run_programs([[*tracking(f"./{path}" if path.startswith("-") else path, place, arguments), "--check"]], arguments.json)
         tell([sentence("run.results", path=str(place))], arguments)
     if arguments.json:
         jsonout.emit({"out": [str(place) for place in places.values()]})
