@@ -11,13 +11,13 @@ KNOWN = ("a BAL file begins with its counts of cameras, points and observations,
 
 
 def kind_of(path: str) -> str:
-    """Returns "bal", "pose_graph", "window" or "recording".
+    """Returns "bal", "pose_graph", "window", "recording", or "images" for a recording whose images are still to be tracked.
 
     Raises CourseError, naming the file and what is wrong: missing, a folder, empty, binary, or of another kind.
     """
     place = Path(path)
-    if is_foreign(path):
-        return "recording"
+    if has_images(path):
+        return "images"
     if place.is_dir():
         if _is_recording(place):
             return "recording"

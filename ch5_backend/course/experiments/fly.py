@@ -28,10 +28,10 @@ from ..homework.diagnosis import in_short
 from ..homework.make_skeleton import skeleton
 from ..homework.own_functions import unfinished
 from ..homework.regions import FILES, STAGES
-from .data import has_images, kind_of
+from .data import kind_of
 from .programs import TRACKER, figures, run_programs, tracking
 
-NEEDS = {"recording": FLIGHTS, "bal": ("blocks",)}  # what flies, or adjusts, the data that is given
+NEEDS = {"recording": FLIGHTS, "images": FLIGHTS, "bal": ("blocks",)}  # what flies, or adjusts, the data that is given
 SOLUTION, OWN = "ch5_homework", os.environ.get("CH5_CHECK_PREFIX", "") + "ch5_homework_mine"
 TIME_LIMIT, SLOWER = 20.0, 10.0  # seconds, and so many times what the solution takes
 
@@ -49,7 +49,7 @@ def fly(arguments, only_flights: bool) -> int:
     out = Path(arguments.out or "out")
     with locked_dir(out):
         files = compile_files()
-        if data and has_images(data):
+        if kind == "images":
             build_or_fail([TRACKER])
             run_programs([tracking(data, out / "mine" / "recording", arguments)], arguments.json)
             data = str(out / "mine" / "recording")

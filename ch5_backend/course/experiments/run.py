@@ -14,12 +14,13 @@ from ..base.commands import COMMANDS
 from ..base.errors import CourseError, warn
 from ..base.language import sentence
 from ..base.output_dir import locked_dir, made_dir, result_places
-from .data import has_images, kind_of
+from .data import kind_of
 from .programs import TRACKER, figures, run_programs, tell, tracking
 
 WHY_NOT = {"recording": "each estimator's policy chooses its settings", "window": "the file names its own loss"}
 OPENER = "open" if sys.platform == "darwin" else "xdg-open"
 FOR = {name: one["for"] for name, one in COMMANDS["run"]["arguments"].items() if "for" in one}  # {option: of which data}
+PROGRAMS = {"images": [TRACKER, "ch5_recording"]}  # of other kinds ch5_KIND
 POLICY_FIELDS = ("policy", "ate_m", "scale_error", "yaw_error_deg", "realtime_factor", "p99_window_ms", "frames", "restarts", "rpe_m",
                  "path_m", "drift_percent", "nees_motion", "nees_windows")
 
@@ -34,10 +35,8 @@ def run(arguments) -> int:
         return run_chapter(out, arguments)
     places = result_places(arguments.data, out)
     with made_dir(out):
-        trackers = [TRACKER] if any(map(has_images, arguments.data)) else []
-        build_or_fail([f"ch5_{kind}" for kind in sorted(set(kinds.values()))] + trackers)
-        results = [one for path, place in places.items() for one in (both(path, place, arguments) if arguments.table else
-                                                                     [solve(path, kinds[path], place, arguments)])]
+        build_or_fail(sorted({program for kind in kinds.values() for program in PROGRAMS.get(kind, [f"ch5_{kind}"])}))
+        results = [one for path, place in places.items() for one in (both if arguments.table else solve)(path, kinds[path], place, arguments)]
         if arguments.table:
             write_table(results, out, arguments)
     if arguments.json:
@@ -54,6 +53,7 @@ def kinds_of(arguments) -> dict:
         if not kinds:
             raise CourseError(f"{option} needs DATA: the chapter's own studies choose their settings")
         for path, kind in kinds.items():
+            kind = solved_as(kind)
             if FOR[option] != "solver" and kind not in FOR[option].split():
                 raise CourseError(f"{option} does not apply to {path}: it is for {FOR[option].replace(' ', ' and ').replace('_', ' ')}s")
             if option == "--first-estimates" and arguments.table:
@@ -61,6 +61,11 @@ def kinds_of(arguments) -> dict:
             if (FOR[option], kind) == ("solver", "recording") or (kind, option) == ("window", "--huber"):
                 raise CourseError(f"{option} does not apply to {path}: {WHY_NOT[kind]}")
     return kinds
+
+
+def solved_as(kind: str) -> str:
+    """Images are tracked first, and solved as a recording."""
+    return "recording" if kind == "images" else kind
 
 
 def run_chapter(out: Path, arguments) -> int:
@@ -77,12 +82,12 @@ def run_chapter(out: Path, arguments) -> int:
     return 0
 
 
-def both(path: str, out: Path, arguments) -> list:
+def both(path: str, kind: str, out: Path, arguments) -> list:
     """A recording followed without first estimates, and in the folder `full` with them."""
-    results = [solve(path, "recording", out, arguments, ["--first-estimates", "none"])]
+    results = solve(path, kind, out, arguments, ["--first-estimates", "none"])
     if "error" not in results[0]:
-        tracked = str(out / "recording") if has_images(path) else path
-        results.append(solve(tracked, "recording", out / "full", arguments, ["--first-estimates", "full"]))
+        tracked = str(out / "recording") if kind == "images" else path
+        results += solve(tracked, "recording", out / "full", arguments, ["--first-estimates", "full"])
     return [{**result, "problem": Path(path).stem, "first_estimates": mode} for result, mode in zip(results, ("none", "full"))]
 
 
@@ -99,8 +104,8 @@ def write_table(results: list, out: Path, arguments) -> None:
     tell([sentence("run.results", path=str(out / PAGES[arguments.language]))], arguments)
 
 
-def solve(path: str, kind: str, out: Path, arguments, more=()) -> dict:
-    """Solves one file or recording with the program ch5_KIND and draws it with figures/KIND.py.
+def solve(path: str, kind: str, out: Path, arguments, more=()) -> list:
+    """[what --json tells]. Solves one file or recording with the program ch5_KIND and draws it with figures/KIND.py.
 
     A failure is part of the answer, so that the files after it are still solved.
     """
@@ -108,14 +113,15 @@ def solve(path: str, kind: str, out: Path, arguments, more=()) -> dict:
     tracked, file = out / "recording", f"./{path}" if path.startswith("-") else path  # a name is not an option
     try:
         with locked_dir(out):
-            track = [tracking(file, tracked, arguments)] if has_images(path) else []
+            track = [tracking(file, tracked, arguments)] if kind == "images" else []
+            kind = solved_as(kind)
             run_programs([*track, [BIN / f"ch5_{kind}", tracked if track else file, "--out", out, *options, *more], figures(kind, out)], arguments.json)
             result = read_result(kind, out, arguments.language)
     except CourseError as error:
         warn(error)
-        return {"problem": Path(path).stem, "error": str(error), "exit_code": error.exit_code}
+        return [{"problem": Path(path).stem, "error": str(error), "exit_code": error.exit_code}]
     tell([sentence("run.results", path=str(out))], arguments)
-    return result
+    return [result]
 
 
 def version() -> str:
