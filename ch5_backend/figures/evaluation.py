@@ -75,6 +75,19 @@ def spans(rows, keep, end):
     return [(times[first], times[last] - times[first]) for first, last in edges.reshape(-1, 2)]
 
 
+def restarts(directory):
+    """{reason: {policy: times}}, in the order in which they came."""
+    reasons = {}
+    for row in sorted(read(directory, "odometry_windows").where(status="restarted").rows(), key=lambda row: row["t_s"]):
+        reasons.setdefault(row["failure"], {}).setdefault(row["policy"], []).append(row["t_s"])
+    return reasons
+
+
+def lettered(reasons):
+    """(letter, reason, {policy: times})."""
+    return [(chr(ord("a") + k), reason, of) for k, (reason, of) in enumerate(reasons.items())]
+
+
 def timeline(directory):
     """What each policy did when, the warnings, and below them the features of each image."""
     images, warnings = read(directory, "odometry_windows"), read_estimates(directory, "odometry_warnings").rows()
@@ -87,8 +100,12 @@ def timeline(directory):
         for keep, look in ((tracking & solved, {"color": COLORS[name]}), (tracking & ~solved, {"color": COLORS[name], "alpha": 0.35}),
                            (~tracking, {"color": PALE})):
             what.broken_barh(spans(rows, keep, end), (at - 0.3, 0.6), linewidth=0, **look)
-        for t in rows.where(status="restarted")["t_s"]:
-            what.plot([t], [at], "X", color=INK, markersize=11, markeredgecolor="white")
+        for letter, _, of in lettered(restarts(directory)):
+            times = of.get(name, [])
+            what.plot(times, [at] * len(times), "X", color=INK, markersize=11, markeredgecolor="white")
+            for k, t in enumerate(times):  # near to one another they have one letter
+                if k == 0 or t - times[k - 1] > 0.03 * (end - begin):
+                    what.text(t, at - 0.31, letter, ha="center", va="bottom", weight="bold", fontsize=12)
     for number, row in enumerate(warnings, start=1):
         if np.isfinite(row["t_s"]):
             what.text(row["t_s"], len(names), f"{number}", ha="center", va="center", weight="bold", fontsize=12)
@@ -145,7 +162,9 @@ def captions(directory, say):
     used = lambda name: say("odometry_timeline.used", policy=NAMES[name], used=style.number(np.nanmedian(images.where(policy=name)["landmarks"])))  # noqa: E731
     names = [name for name in policies(images) if np.any(np.isfinite(images.where(policy=name)["landmarks"]))]
     seen = images.where(policy=policies(images)[0])["tracks"]
-    words["odometry_timeline"] = say("odometry_timeline", tracks=style.number(np.median(seen)), used=each(used, names))
+    times = lambda of: say("semicolon").join(NAMES[name] + " " + ", ".join(f"{t:.1f}" for t in of[name]) for name in of)  # noqa: E731
+    words["odometry_timeline"] = say("odometry_timeline", tracks=style.number(np.median(seen)), used=each(used, names)) + "".join(
+        say("odometry_timeline.restarts", letter=letter, reason=say(f"failure.{reason}"), times=times(of)) for letter, reason, of in lettered(restarts(directory)))
     words["odometry_biases"] = say("odometry_biases")
     return words
 

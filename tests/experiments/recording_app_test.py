@@ -209,6 +209,7 @@ class RecordingApp(AppTest):
             self.assertEqual(row["restarts"], "1")
         page = self.page()
         self.assertIn("Each restart begins a segment", page)
+        self.assertRegex(page, r"Restarts a, no IMU for too long: VINS (\d\.\d); OKVIS \1\ss\.", "one reason, said once")
         self.assertIn("vins_1.tum", page)
         self.assertNotIn("found no start", page)
         self.assertTrue((self.out / "figures" / "odometry_film_okvis.png").exists())

@@ -166,17 +166,19 @@ CsvTable LengthTable(const OdometryStudy& study) {
 }
 
 CsvTable WindowTable(const OdometryStudy& study) {
-  CsvTable table("policy,t_s,milliseconds,status,landmarks,iterations,initial_cost,final_cost,tracks");
+  CsvTable table("policy,t_s,milliseconds,status,landmarks,iterations,initial_cost,final_cost,tracks,failure");
   std::map<double, size_t> tracks;
   for (const Image& image : study.recording.images) tracks[image.t] = image.tracks.size();
   for (const OdometryRun& run : study.runs) {
     for (const ImageResult& row : run.rows) {
       const char* names[] = {"starting", "tracking", "restarted"};
+      const char* failures[] = {"none",    "accelerometer_bias", "gyroscope_bias",  "position_jump", "height_jump",
+                                "imu_gap", "image_gap",          "images_rejected", "solve_failed"};
       const FrameReport& report = row.report;
       const auto solved = [&](double value) { return report.solve.trace.empty() ? kNoNumber : value; };
       table.Row(run.policy, row.t, 1e3 * row.seconds, names[static_cast<int>(report.status)], solved(report.landmarks),
                 solved(report.solve.iterations), solved(report.solve.initial_cost), solved(report.solve.final_cost),
-                tracks.at(row.t));
+                tracks.at(row.t), failures[static_cast<int>(report.failure)]);
     }
   }
   return table;
