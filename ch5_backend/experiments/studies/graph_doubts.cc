@@ -50,16 +50,29 @@ struct Misfit {
   double share;  // of the distance that lies between the poses, or of a radian
 };
 
-Misfit MisfitOf(const Transform& T_i_j, const Transform& T_z, const MatXX& W) {
-  Transform T_d = Inverse(T_z) * T_i_j;
-  if (T_d.q.w() < 0.0) T_d.q.coeffs() *= -1.0;
-  VecX r(W.rows());
-  if (r.size() == 3) {
-    r << T_d.p.head<2>(), 2.0 * std::atan2(T_d.q.z(), T_d.q.w());
+Misfit MisfitOf(Edge* edge) {
+  edge->ComputeResidual();
+  const VecX r = edge->Residual();
+  const bool is_planar = r.size() == 3;
+  const double distance = (PoseOf(*edge->Vertices()[0])->p - PoseOf(*edge->Vertices()[1])->p).norm();
+  const double off = r.head(is_planar ? 2 : 3).norm(), turn = is_planar ? std::abs(r[2]) : 2.0 * r.tail<3>().norm();
+  return {edge->Chi2(), std::max(off / std::max(distance, 1e-9), turn)};
+}
+
+// An edge like this one, with another measurement.
+std::unique_ptr<Edge> WithMeasurement(const Edge& edge, const Transform& T_z) {
+  const auto& ends = edge.Vertices();
+  std::unique_ptr<Edge> other;
+  if (edge.ResidualDimension() == 3) {
+    other = std::make_unique<EdgeSE2Between>(std::static_pointer_cast<VertexSE2>(ends[0]),
+                                             std::static_pointer_cast<VertexSE2>(ends[1]), T_z.p.head<2>(),
+                                             2.0 * std::atan2(T_z.q.z(), T_z.q.w()));
   } else {
-    r << T_d.p, T_d.q.vec();
+    other = std::make_unique<EdgeSE3Between>(std::static_pointer_cast<VertexPose>(ends[0]),
+                                             std::static_pointer_cast<VertexPose>(ends[1]), T_z.q, T_z.p);
   }
-  return {r.dot(W * r), std::max(T_d.p.norm() / std::max(T_i_j.p.norm(), 1e-9), 2.0 * T_d.q.vec().norm())};
+  other->SetInformation(edge.Information());
+  return other;
 }
 
 }  // namespace
@@ -67,7 +80,7 @@ Misfit MisfitOf(const Transform& T_i_j, const Transform& T_z, const MatXX& W) {
 std::string DoubtsOfMeasurements(const G2oFile& file) {
   constexpr double kGain = 20.0, kNear = 0.25, kFar = 30.0;  // kFar: times its dimension, no edge that fits
   std::vector<std::pair<int, std::array<bool, kMeanings.size()>>> misfits;  // their lines, and which meanings would fit
-  std::map<int, const Edge*> edges;
+  std::map<int, Edge*> edges;
   for (const auto& edge : file.graph.Edges()) {
     if (dynamic_cast<const EdgeSE3Between*>(edge.get()) || dynamic_cast<const EdgeSE2Between*>(edge.get()))
       edges[edge->Id()] = edge.get();
@@ -76,16 +89,13 @@ std::string DoubtsOfMeasurements(const G2oFile& file) {
   for (const G2oFile::Line& line : file.lines) {
     const auto found = line.kind == G2oFile::Kind::kEdge ? edges.find(line.index) : edges.end();
     if (found == edges.end()) continue;
-    const Edge* edge = found->second;
+    Edge* edge = found->second;
     ++all;
-    const Transform T_z = *MeasurementOf(*edge),
-                    T_i_j = Inverse(*PoseOf(*edge->Vertices()[0])) * *PoseOf(*edge->Vertices()[1]);
-    const MatXX W = edge->Information();
-    const Misfit as_is = MisfitOf(T_i_j, T_z, W);
-    if (as_is.chi2 < kFar * static_cast<double>(W.rows()) || as_is.share < kNear) continue;
+    const Misfit as_is = MisfitOf(edge);
+    if (as_is.chi2 < kFar * edge->ResidualDimension() || as_is.share < kNear) continue;
     misfits.push_back({line.number, {}});
     for (size_t k = 0; k < kMeanings.size(); ++k) {
-      const Misfit other = MisfitOf(T_i_j, kMeanings[k].read(T_z), W);
+      const Misfit other = MisfitOf(WithMeasurement(*edge, kMeanings[k].read(*MeasurementOf(*edge))).get());
       misfits.back().second[k] = other.share < std::min(kNear, 0.25 * as_is.share) && other.chi2 * kGain < as_is.chi2;
     }
   }
