@@ -38,6 +38,9 @@ void PrintDoubts(const ch5::BalProblem& problem) {
                 few);
   if (least.x() >= 0.0 && (least.y() >= 0.0 || most.y() <= 0.0))
     std::printf("no x is negative: BAL's pixels are counted from the center of the image, y upwards\n");
+  const auto turns = std::count_if(problem.cameras.begin(), problem.cameras.end(),
+                                   [](const ch5::Vec9& camera) { return camera.head<3>().norm() > 2.0 * M_PI; });
+  if (turns > 0) std::printf("cameras turned by more than a full turn: %td; BAL's rotations are in radians\n", turns);
 }
 
 void Run(const ch5::FileSolveOptions& options, ch5::BalPoints move, bool strict) {

@@ -89,6 +89,7 @@ class BalApp(AppTest):
         self.assertIn(few, lines)
         self.assertFalse([line for line in lines if "--huber" in line or "no x is" in line or "fewer than two" in line])
         for text, words in ((GOOD.replace("2 3 6", "2 4 6") + "1 2 3\n", "points that fewer than two cameras see, so that their distance is unknown: 1"),
+                            (GOOD.replace("0 0.1 0 0", "0 6.3831853 0 0"), "cameras turned by more than a full turn: 1; BAL's rotations are in radians"),
                             (re.sub(r"^([01] [012]) .*", r"\1 320 240", GOOD, count=6, flags=re.M), "no x is negative: BAL's pixels are counted")):
             self.assertIn(words, self.solve(self.write("doubtful.txt", text), "--out", self.out).stdout)
 
