@@ -3,62 +3,44 @@
 #include <algorithm>
 #include <limits>
 #include <string>
+#include <utility>
 
 namespace ch5 {
-namespace {
-
-template <typename T>
-using Iterator = typename std::vector<std::shared_ptr<T>>::const_iterator;
-
-// Ids ascend with position, so a member is found by bisection. It is never behind the position `id`, and mostly there.
-template <typename T>
-Iterator<T> LowerBound(const std::vector<std::shared_ptr<T>>& items, int id) {
-  if (items.empty() || items.back()->Id() < id) return items.end();
-  const auto last = items.begin() + std::clamp(id, 0, static_cast<int>(items.size()) - 1);
-  if ((*last)->Id() == id) return last;
-  return std::lower_bound(items.begin(), last, id,
-                          [](const std::shared_ptr<T>& member, int wanted) { return member->Id() < wanted; });
-}
-
-template <typename T>
-Iterator<T> Find(const std::vector<std::shared_ptr<T>>& items, const T& item) {
-  const auto it = LowerBound(items, item.Id());
-  return it != items.end() && it->get() == &item ? it : items.end();
-}
-
-}  // namespace
-
 Graph::~Graph() { Clear(); }
 
 void Graph::Clear() {
-  for (const auto& edge : edges_) edge->id_ = -1;
-  for (const auto& vertex : vertices_) vertex->id_ = vertex->ordering_id_ = -1;
-  edges_.clear();
-  vertices_.clear();
+  num_removed_edges_ += Edges().size();
+  for (const auto& edge : Edges()) edge->id_ = -1;
+  for (const auto& vertex : Vertices()) vertex->id_ = vertex->ordering_id_ = -1;
+  edges_ = {};
+  vertices_ = {};
+  is_listed_ = false;
+  edge_ids_.clear();
   stack_.clear();
   next_vertex_id_ = next_edge_id_ = 0;
 }
 
 void Graph::Swap(Graph* other) noexcept {
-  vertices_.swap(other->vertices_);
-  edges_.swap(other->edges_);
+  vertices_.Swap(&other->vertices_);
+  edges_.Swap(&other->edges_);
+  std::swap(is_listed_, other->is_listed_);
+  edge_ids_.swap(other->edge_ids_);
   std::swap(next_vertex_id_, other->next_vertex_id_);
   std::swap(next_edge_id_, other->next_edge_id_);
+  std::swap(num_removed_edges_, other->num_removed_edges_);
   stack_.swap(other->stack_);
 }
 
 // Inserts the item in the order of ids: mostly at the end.
 template <typename T>
-int Graph::Insert(std::shared_ptr<T> item, int id, const char* function, std::vector<std::shared_ptr<T>>* items,
-                  int* next_id) {
+int Graph::Insert(std::shared_ptr<T> item, int id, const char* function, ById<T>* items, int* next_id) {
   const auto fail = [&](const std::string& fault) {
     throw GraphError(function + (": " + item->TypeInfo()) + " cannot have the id " + std::to_string(id) + ": " + fault);
   };
   if (id < 0 || id == std::numeric_limits<int>::max()) fail("ids are 0 to 2147483646");
-  const auto it = LowerBound(*items, id);
-  if (it != items->end() && (*it)->Id() == id) fail((*it)->TypeInfo() + " has it");
+  if (const auto& holder = items->Find(id)) fail(holder->TypeInfo() + " has it");
   item->id_ = id;
-  items->insert(it, std::move(item));
+  items->Insert(std::move(item), id);
   *next_id = std::max(*next_id, id + 1);
   return id;
 }
@@ -93,48 +75,78 @@ int Graph::AddEdge(std::shared_ptr<Edge> edge, int id) {
       if (vertices[k] == vertices[i]) fail(vertices[i]->Name() + " is repeated");
     }
   }
-  return Insert(std::move(edge), id, "AddEdge", &edges_, &next_edge_id_);
+  const Edge& added = *edge;
+  Insert(std::move(edge), id, "AddEdge", &edges_, &next_edge_id_);
+  if (is_listed_) List(added);
+  return id;
+}
+
+// ---- The edges of each vertex ----------------------------------------------------------------------------------
+
+std::vector<int>& Graph::EdgeIdsOf(const Vertex& vertex) const {
+  if (!std::exchange(is_listed_, true)) {
+    for (const auto& edge : Edges()) List(*edge);
+  }
+  return edge_ids_[&vertex];
+}
+
+void Graph::List(const Edge& edge) const {
+  for (const auto& vertex : edge.Vertices()) {
+    std::vector<int>& ids = edge_ids_[vertex.get()];
+    ids.insert(ids.empty() || ids.back() < edge.Id() ? ids.end() : std::lower_bound(ids.begin(), ids.end(), edge.Id()),
+               edge.Id());
+  }
+}
+
+// From the lists of all its vertices but one.
+void Graph::Unlist(const Edge& edge, const Vertex* but) {
+  for (const auto& vertex : edge.Vertices()) {
+    if (vertex.get() == but) continue;
+    std::vector<int>& ids = edge_ids_[vertex.get()];
+    ids.erase(std::lower_bound(ids.begin(), ids.end(), edge.Id()));
+  }
+}
+
+std::vector<std::shared_ptr<Edge>> Graph::EdgesOf(const Vertex& vertex) const {
+  std::vector<std::shared_ptr<Edge>> edges;
+  if (!Contains(vertex)) return edges;
+  for (const int id : EdgeIdsOf(vertex)) edges.push_back(edges_.Find(id));
+  return edges;
 }
 
 void Graph::RemoveEdge(const std::shared_ptr<Edge>& edge) {
   if (!edge || !Contains(*edge)) throw GraphError("RemoveEdge: the edge is not in this graph");
-  const auto it = Find<Edge>(edges_, *edge);
-  (*it)->id_ = -1;
-  edges_.erase(it);
+  Edge& leaves = *edge;
+  if (is_listed_) Unlist(leaves, nullptr);
+  ++num_removed_edges_;
+  edges_.Remove(std::exchange(leaves.id_, -1));
 }
 
 void Graph::RemoveVertices(const std::vector<std::shared_ptr<Vertex>>& vertices) {
   for (const auto& vertex : vertices) {
     if (!vertex || !Contains(*vertex)) throw GraphError("RemoveVertex: the vertex is not in this graph");
   }
-  if (vertices.empty()) return;
-  for (const auto& vertex : vertices) vertex->id_ = vertex->ordering_id_ = -1;
-  const auto is_removed = [](const auto& vertex) { return vertex->id_ < 0; };
-  const auto lost_one = [&](const std::shared_ptr<Edge>& edge) {
-    const bool lost = std::any_of(edge->Vertices().begin(), edge->Vertices().end(), is_removed);
-    if (lost) edge->id_ = -1;
-    return lost;
-  };
-  edges_.erase(std::remove_if(edges_.begin(), edges_.end(), lost_one), edges_.end());
-  vertices_.erase(std::remove_if(vertices_.begin(), vertices_.end(), is_removed), vertices_.end());
-}
-
-std::vector<std::shared_ptr<Edge>> Graph::EdgesOf(const Vertex& vertex) const {
-  std::vector<std::shared_ptr<Edge>> edges;
-  for (const auto& edge : edges_) {
-    const auto& vertices = edge->Vertices();
-    const auto is_it = [&](const std::shared_ptr<Vertex>& v) { return v.get() == &vertex; };
-    if (std::any_of(vertices.begin(), vertices.end(), is_it)) edges.push_back(edge);
+  for (const auto& vertex : std::vector(vertices)) {  // a copy: these may be the graph's own
+    if (vertex->id_ < 0) continue;                    // named twice
+    for (const int id : EdgeIdsOf(*vertex)) {
+      Edge& edge = *edges_.Find(id);
+      Unlist(edge, vertex.get());
+      ++num_removed_edges_;
+      edge.id_ = -1;
+      edges_.Remove(id);
+    }
+    edge_ids_.erase(vertex.get());
+    vertices_.Remove(std::exchange(vertex->id_, -1));
+    vertex->ordering_id_ = -1;
   }
-  return edges;
 }
 
-bool Graph::Contains(const Vertex& vertex) const { return Find(vertices_, vertex) != vertices_.end(); }
-bool Graph::Contains(const Edge& edge) const { return Find(edges_, edge) != edges_.end(); }
+bool Graph::Contains(const Vertex& vertex) const { return vertices_.Find(vertex.Id()).get() == &vertex; }
+bool Graph::Contains(const Edge& edge) const { return edges_.Find(edge.Id()).get() == &edge; }
 
 void Graph::Push() {
   stack_.emplace_back();
-  for (const auto& vertex : vertices_) stack_.back().push_back({vertex, vertex->Parameters()});
+  for (const auto& vertex : Vertices()) stack_.back().push_back({vertex, vertex->Parameters()});
 }
 
 void Graph::Pop() {

@@ -3,8 +3,10 @@
 
 #include <memory>
 #include <stdexcept>
+#include <unordered_map>
 #include <vector>
 
+#include "ch5_backend/graph/by_id.h"
 #include "ch5_backend/graph/edge.h"
 #include "ch5_backend/graph/vertex.h"
 
@@ -45,11 +47,11 @@ class Graph {
   int AddEdge(std::shared_ptr<Edge> edge, int id);
   int AddEdge(std::shared_ptr<Edge> edge) { return AddEdge(std::move(edge), next_edge_id_); }
 
-  /// Removes an edge, or a vertex with all its edges. The other ids stay.
+  /// Removes an edge, or a vertex with all its edges, in time proportional to the vertex' degree. The other ids stay.
   /// @throws GraphError if it is not in this graph
   void RemoveEdge(const std::shared_ptr<Edge>& edge);
   void RemoveVertex(const std::shared_ptr<Vertex>& vertex) { RemoveVertices({vertex}); }
-  /// Several at once, which walks the edges once.
+  /// Several at once: all or, where one is not in this graph, none.
   void RemoveVertices(const std::vector<std::shared_ptr<Vertex>>& vertices);
   /// Removes everything, the pushed states too; ids begin at 0 again.
   void Clear();
@@ -62,12 +64,16 @@ class Graph {
   void DiscardTop();
   size_t StackSize() const { return stack_.size(); }
 
-  /// In order of id.
-  const std::vector<std::shared_ptr<Vertex>>& Vertices() const { return vertices_; }
-  const std::vector<std::shared_ptr<Edge>>& Edges() const { return edges_; }
+  /// In order of id. The references are good until the graph changes.
+  const std::vector<std::shared_ptr<Vertex>>& Vertices() const { return vertices_.All(); }
+  const std::vector<std::shared_ptr<Edge>>& Edges() const { return edges_.All(); }
 
-  /// The edges at a vertex, in order of id. Walks all edges.
+  /// The edges at a vertex, in order of id. The first call, or RemoveVertex, lists those of all vertices; from then on it takes
+  /// time proportional to the vertex' degree.
   std::vector<std::shared_ptr<Edge>> EdgesOf(const Vertex& vertex) const;
+
+  /// How many edges have been removed so far, with their vertices or alone: who follows a graph that grows asks.
+  size_t NumRemovedEdges() const { return num_removed_edges_; }
 
   bool Contains(const Vertex& vertex) const;
   bool Contains(const Edge& edge) const;
@@ -83,13 +89,18 @@ class Graph {
 
   void Swap(Graph* other) noexcept;
   template <typename T>
-  static int Insert(std::shared_ptr<T> item, int id, const char* function, std::vector<std::shared_ptr<T>>* items,
-                    int* next_id);
+  static int Insert(std::shared_ptr<T> item, int id, const char* function, ById<T>* items, int* next_id);
+  std::vector<int>& EdgeIdsOf(const Vertex& vertex) const;
+  void List(const Edge& edge) const;
+  void Unlist(const Edge& edge, const Vertex* but);
 
-  std::vector<std::shared_ptr<Vertex>> vertices_;
-  std::vector<std::shared_ptr<Edge>> edges_;
+  ById<Vertex> vertices_;
+  ById<Edge> edges_;
+  mutable bool is_listed_ = false;
+  mutable std::unordered_map<const Vertex*, std::vector<int>> edge_ids_;  // ascending; if is_listed_
   int next_vertex_id_ = 0;
   int next_edge_id_ = 0;
+  size_t num_removed_edges_ = 0;
   std::vector<std::vector<State>> stack_;
   std::shared_ptr<const void> alive_ = std::make_shared<char>();  // ends with this object; moves to no other
 };
@@ -111,7 +122,8 @@ class GraphPointer {
   std::weak_ptr<const void> alive_;
 };
 
-/// The edges of the graph at one or more of these vertices, each once, in order of id. Walks all edges.
+/// The edges of the graph at one or more of these vertices, each once, in order of id. Walks all edges, which for
+/// many vertices is quicker than EdgesOf.
 std::vector<std::shared_ptr<Edge>> EdgesAt(const Graph& graph, const std::vector<std::shared_ptr<Vertex>>& vertices);
 
 /// The edges that are not in their domain at the present state, in order of id (Edge::InDomain).

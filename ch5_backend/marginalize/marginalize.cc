@@ -3,7 +3,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <algorithm>
-#include <set>
+#include <map>
 #include <utility>
 
 #include "ch5_backend/marginalize/drop_ordering.h"
@@ -115,12 +115,17 @@ std::shared_ptr<EdgePrior> MarginalizeInto(Graph* graph, const std::vector<std::
     if (!vertex) throw GraphError("MarginalizeInto: a vertex to drop is null");
     if (!graph->Contains(*vertex)) throw GraphError("MarginalizeInto: " + vertex->TypeInfo() + " is not in this graph");
   }
-  auto edges = EdgesAt(*graph, drop);
-  edges.erase(std::remove_if(edges.begin(), edges.end(), [](const auto& edge) { return edge->Level() != 0; }),
-              edges.end());
+  std::map<int, std::shared_ptr<Edge>> by_id;
+  for (const auto& vertex : drop) {
+    for (const auto& edge : graph->EdgesOf(*vertex)) {
+      if (edge->Level() == 0) by_id.emplace(edge->Id(), edge);
+    }
+  }
+  std::vector<std::shared_ptr<Edge>> edges;
+  for (const auto& [id, edge] : by_id) edges.push_back(edge);
   std::shared_ptr<EdgePrior> prior;
   if (!edges.empty()) prior = std::make_shared<EdgePrior>(Marginalize(edges, FixedOrAtEdges(drop, edges)));
-  for (const auto& vertex : std::set<std::shared_ptr<Vertex>>(drop.begin(), drop.end())) graph->RemoveVertex(vertex);
+  graph->RemoveVertices(drop);
   if (!prior || prior->Vertices().empty()) return nullptr;
   graph->AddEdge(prior);
   return prior;

@@ -101,6 +101,37 @@ TEST(Graph, RemovingAVertexTakesItsEdgesAndKeepsTheOtherIds) {
   EXPECT_TRUE(graph.Edges().empty());
 }
 
+TEST(Graph, ListsTheEdgesOfAVertexAsTheGraphChanges) {
+  Graph graph;
+  const auto a = NewPose(), b = NewPose(), c = NewPose();
+  const auto depth = NewDepth();
+  for (const auto& pose : {a, b, c}) graph.AddVertex(pose);
+  graph.AddVertex(depth);
+  const auto ids_at = [&](const Vertex& vertex) {
+    std::vector<int> ids;
+    for (const auto& edge : graph.EdgesOf(vertex)) ids.push_back(edge->Id());
+    return ids;
+  };
+  using Ids = std::vector<int>;
+  graph.AddEdge(NewPrior(a), 5);
+  EXPECT_EQ(ids_at(*a), Ids{5});
+  graph.AddEdge(NewReprojection(depth, a, b), 2);  // in order of id, whenever it comes
+  graph.AddEdge(NewReprojection(depth, a, c), 7);
+  EXPECT_EQ(ids_at(*a), (Ids{2, 5, 7}));
+  EXPECT_EQ(ids_at(*depth), (Ids{2, 7}));
+  graph.RemoveVertex(b);
+  EXPECT_EQ(ids_at(*a), (Ids{5, 7}));
+  EXPECT_EQ(ids_at(*b), Ids{}) << "it is in no graph";
+  graph.AddEdge(NewPrior(c), 2);  // a number that has become free
+  EXPECT_EQ(ids_at(*c), (Ids{2, 7}));
+  EXPECT_EQ(graph.Edges().size(), 3u);
+  EXPECT_EQ(graph.Edges().front()->Id(), 2);
+  Graph moved(std::move(graph));
+  EXPECT_EQ(moved.EdgesOf(*a).size(), 2u);
+  moved.RemoveVertices(moved.Vertices());
+  EXPECT_TRUE(moved.Vertices().empty() && moved.Edges().empty());
+}
+
 TEST(Graph, FreesItsMembersWhenItIsGone) {
   const auto pose = NewPose();
   const auto prior = NewPrior(pose);

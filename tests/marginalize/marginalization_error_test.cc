@@ -14,7 +14,7 @@ MarginalizationError Accumulate(const SmallWindow& window, bool reversed = false
 }
 
 // H and b in the order of ids, so that two accumulations can be compared.
-MatXX ById(const MarginalizationError& error, const SmallWindow& window, VecX* b) {
+MatXX InOrderOfIds(const MarginalizationError& error, const SmallWindow& window, VecX* b) {
   std::vector<int> rows;
   for (const auto& v : window.graph.Vertices()) {
     for (int k = 0; error.OrderingId(*v) >= 0 && k < v->LocalDimension(); ++k) rows.push_back(error.OrderingId(*v) + k);
@@ -103,7 +103,7 @@ TEST(MarginalizationError, EqualsTheFunction) {
       MarginalizationError error = Accumulate(window, reversed);
       error.MarginalizeOut(window.Oldest());
       VecX b;
-      const MatXX H = ById(error, window, &b);
+      const MatXX H = InOrderOfIds(error, window, &b);
       EXPECT_LT(RelativeError(H, system.H), 1e-9) << seed << reversed;
       EXPECT_LT(RelativeError(b, system.b), 1e-9) << seed << reversed;
     }
@@ -148,7 +148,7 @@ TEST(MarginalizationError, CanBeMarginalizedAgain) {
   for (const auto& v : oldest) stepwise.MarginalizeOut({v});
   at_once.MarginalizeOut(oldest);
   VecX b1, b2;
-  const MatXX H1 = ById(stepwise, window, &b1), H2 = ById(at_once, window, &b2);
+  const MatXX H1 = InOrderOfIds(stepwise, window, &b1), H2 = InOrderOfIds(at_once, window, &b2);
   EXPECT_LT(RelativeError(H1, H2), 1e-9);
   EXPECT_LT(RelativeError(b1, b2), 1e-9);
   EXPECT_THROW(at_once.MarginalizeOut({oldest[0]}), std::invalid_argument);

@@ -1,6 +1,7 @@
 #include "ch5_backend/marginalize/marginalize.h"
 
 #include <algorithm>
+#include <ctime>
 
 #include "ch5_backend/marginalize/drop_ordering.h"
 #include "ch5_backend/sparse/covariance.h"
@@ -74,6 +75,31 @@ TEST(MarginalizeInto, LeavesNoPriorWhereNothingRemains) {
   EXPECT_FALSE(MarginalizeInto(&graph, {lonely, known, known}));
   EXPECT_TRUE(graph.Vertices().empty());
   EXPECT_TRUE(graph.Edges().empty());
+}
+
+// A path loses its oldest pose again and again: processor time, once the edges of each vertex are listed.
+TEST(MarginalizeInto, TakesNoLongerInAGraphTenTimesAsLarge) {
+  const auto seconds = [](int poses) {
+    Graph graph;
+    std::vector<std::shared_ptr<VertexSE2>> path;
+    for (int k = 0; k < poses; ++k) {
+      path.push_back(std::make_shared<VertexSE2>(Vec2(k, 0)));
+      graph.AddVertex(path.back());
+      if (k > 0) graph.AddEdge(std::make_shared<EdgeSE2Between>(path[k - 1], path[k], Vec2(1, 0), 0.0));
+    }
+    MarginalizeInto(&graph, {path[0]});
+    double least = 1e9;
+    for (int k = 1; k + 100 < 1000; k += 100) {
+      const std::clock_t begin = std::clock();
+      for (int j = k; j < k + 100; ++j) {
+        MarginalizeInto(&graph, {path[j]});
+        EXPECT_EQ(graph.EdgesOf(*path[j + 1]).size(), 2u);  // the prior, and the next step
+      }
+      least = std::min(least, static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
+    }
+    return least;
+  };
+  EXPECT_LT(seconds(40000), 4.0 * seconds(4000)) << "10 times as long if all edges are walked";
 }
 
 // Marginalizes a vertex with all its edges.

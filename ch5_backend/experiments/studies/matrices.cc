@@ -50,7 +50,7 @@ void AppendVertices(const Graph& graph, const std::string& scene, CsvTable* tabl
 }
 
 // Not by address, so that a table's rows have the same order in each run.
-struct ById {
+struct IdLess {
   bool operator()(const Vertex* a, const Vertex* b) const { return a->Id() < b->Id(); }
 };
 
@@ -68,7 +68,7 @@ void ForEachPair(const Vertices& vertices, const Function& add) {
 
 void AppendHessianBlocks(const Graph& graph, const std::string& scene, HessianBlockTables* tables) {
   AppendVertices(graph, scene, &tables->vertices);
-  std::map<int, std::set<const Vertex*, ById>> poses_of;  // of each landmark, by its id
+  std::map<int, std::set<const Vertex*, IdLess>> poses_of;  // of each landmark, by its id
   for (const auto& edge : graph.Edges()) {
     for (const auto& vertex : edge->Vertices()) tables->edges.Row(scene, edge->Id(), edge->TypeInfo(), vertex->Id());
     ForEachPair(edge->Vertices(), [&](const Vertex& i, const Vertex& j) {
