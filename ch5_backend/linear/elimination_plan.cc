@@ -52,21 +52,32 @@ std::vector<int> FarthestFirst(const Lists& neighbors) {
 
 // Approximate minimum degree. Among equals it takes the first that it is given, and on meshes nearly all are equal:
 // given farthest first, sphere2500 needs half the multiplications of the natural order, and fewer than METIS finds.
-std::vector<int> MinimumDegreeOrder(const Lists& neighbors) {
-  const int n = static_cast<int>(neighbors.size());
+// The first `last` blocks come last: while the order is found, a clique of blocks that do not exist keeps their degree high,
+// so that their neighbors are not taken for the ends of a chain.
+std::vector<int> MinimumDegreeOrder(const Lists& neighbors, int last) {
+  constexpr int kClique = 6;
+  const int n = static_cast<int>(neighbors.size()), m = n + (last > 0 ? kClique : 0);
   const std::vector<int> names = FarthestFirst(neighbors), new_name = Invert(names);
-  Eigen::SparseMatrix<double> pattern(n, n);
-  pattern.reserve(Eigen::VectorXi::NullaryExpr(n, [&](Eigen::Index k) { return 1 + neighbors[names[k]].size(); }));
-  for (int k = 0; k < n; ++k) {
+  Eigen::SparseMatrix<double> pattern(m, m);
+  pattern.reserve(Eigen::VectorXi::NullaryExpr(
+      m, [&](Eigen::Index k) { return 1 + kClique + (k < n ? neighbors[names[k]].size() : 0); }));
+  for (int k = 0; k < m; ++k) {
     pattern.insert(k, k) = 1.0;
+    if (k >= n || names[k] < last) {
+      for (int i = std::max(n, k + 1); i < m; ++i) pattern.insert(i, k) = 1.0;
+    }
+    if (k >= n) continue;
     for (const int i : neighbors[names[k]]) {
       if (new_name[i] > k) pattern.insert(new_name[i], k) = 1.0;
     }
   }
   Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> permutation;
   Eigen::AMDOrdering<int>()(pattern.selfadjointView<Eigen::Lower>(), permutation);
-  std::vector<int> order(n);
-  for (int k = 0; k < n; ++k) order[k] = names[permutation.indices()[k]];
+  std::vector<int> order;
+  for (int k = 0; k < m; ++k) {
+    if (permutation.indices()[k] < n) order.push_back(names[permutation.indices()[k]]);
+  }
+  std::stable_partition(order.begin(), order.end(), [&](int block) { return block >= last; });
   return order;
 }
 
@@ -192,14 +203,19 @@ std::vector<int> EliminationPlan::FrontOfEachBlock() const {
 }
 
 EliminationPlan PlanElimination(const SymmetricBlockMatrix& A) {
+  std::vector<int> dims;
+  for (int block = 0; block < A.NumColumns(); ++block) dims.push_back(A.Dim(block));
+  return PlanElimination(dims, Neighbors(A));
+}
+
+EliminationPlan PlanElimination(const std::vector<int>& dims, const Lists& neighbors, int last) {
   EliminationPlan plan;
-  if (A.NumColumns() == 0) return plan;
-  const Lists neighbors = Neighbors(A);
-  const std::vector<int> order = MinimumDegreeOrder(neighbors);
+  if (dims.empty()) return plan;
+  const std::vector<int> order = MinimumDegreeOrder(neighbors, last);
   for (const int k : Postorder(EliminationTree(neighbors, order))) plan.order.push_back(order[k]);
   plan.position = Invert(plan.order);
   plan.offset.assign(1, 0);
-  for (const int block : plan.order) plan.offset.push_back(plan.offset.back() + A.Dim(block));
+  for (const int block : plan.order) plan.offset.push_back(plan.offset.back() + dims[block]);
 
   // A postorder of the tree has the same fill-in as the order that gave the tree, and the same tree, renumbered.
   std::vector<Front> exact = ExactFronts(neighbors, plan, EliminationTree(neighbors, plan.order));

@@ -46,6 +46,11 @@ struct EliminationPlan {
 
 /// Plans for the pattern of A; its values do not matter.
 EliminationPlan PlanElimination(const SymmetricBlockMatrix& A);
+/// The same for a pattern without a matrix.
+/// @param dims  the size of each block;  @param neighbors  of each, on both sides of the diagonal, without itself, each once
+/// @param last  the blocks [0, last) are eliminated last
+EliminationPlan PlanElimination(const std::vector<int>& dims, const std::vector<std::vector<int>>& neighbors,
+                                int last = 0);
 
 /// The plan that treats A as a dense matrix: one front of all blocks.
 EliminationPlan PlanOneFront(const SymmetricBlockMatrix& A);

@@ -7,20 +7,6 @@
 #include "ch5_backend/math/vector_kernels.h"
 
 namespace ch5 {
-namespace {
-
-// target += source. Runs are a few blocks long: too short for a library call, long enough for two numbers at a time.
-inline void Add(const double* source, int length, double* target) {
-  typedef double Two __attribute__((vector_size(16), aligned(8), may_alias));
-  int i = 0;
-  for (; i + 2 <= length; i += 2) {
-    *reinterpret_cast<Two*>(target + i) += *reinterpret_cast<const Two*>(source + i);
-  }
-  if (i < length) target[i] += source[i];
-}
-
-}  // namespace
-
 // ---- Factorize -------------------------------------------------------------------------------------------------
 
 // A = L Lᵀ, front by front, children first.  Liu (1992)
@@ -101,13 +87,13 @@ void SparseCholesky::AddToUpdate(int child, int parent) {
 void SparseCholesky::AddRuns(int child, int begin, int end, double* target, ptrdiff_t ld, ptrdiff_t first) {
   const ptrdiff_t r = plan_.fronts[child].rows_below;
   const double* U = updates_.data() + places_[child].update;
-  const Run* last = runs_.data() + places_[child].runs_end;
-  for (const Run* run = runs_.data() + begin; run != runs_.data() + end; ++run) {
+  const RowRun* last = runs_.data() + places_[child].runs_end;
+  for (const RowRun* run = runs_.data() + begin; run != runs_.data() + end; ++run) {
     for (int c = 0; c < run->length; ++c) {
       const double* from = U + (run->from + c) * r;
       double* to = target + (run->to + c - first) * ld;
       Add(from + run->from + c, run->length - c, to + run->to + c - first);
-      for (const Run* other = run + 1; other != last; ++other) {
+      for (const RowRun* other = run + 1; other != last; ++other) {
         Add(from + other->from, other->length, to + other->to - first);
       }
     }

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "ch5_backend/linear/elimination_plan.h"
+#include "ch5_backend/linear/row_run.h"
 #include "ch5_backend/math/parallel.h"
 
 namespace ch5 {
@@ -44,10 +45,6 @@ class SparseCholesky {
     ptrdiff_t target;
     bool transposed;
   };
-  /// Consecutive rows of a front's U that are consecutive in the parent's front too.
-  struct Run {
-    int from, to, length;
-  };
   /// Where a front is stored. Its pivot columns have pivots + rows_below rows, U is rows_below square.
   struct FrontMemory {
     ptrdiff_t columns, update;
@@ -71,7 +68,7 @@ class SparseCholesky {
   ThreadPool* pool_ = nullptr;
   std::vector<FrontMemory> places_;
   std::vector<Copy> copies_;
-  std::vector<Run> runs_;
+  std::vector<RowRun> runs_;
   std::vector<std::vector<int>> tasks_;  // fronts that one thread works through, children first; the last waits for all
   AlignedVector L_, updates_;
   std::vector<int> permutation_;   // number i in elimination order is number permutation_[i] of A

@@ -95,7 +95,7 @@ void SparseCholesky::PlanRuns(int child, int parent_pivots, const std::vector<in
     }
     from += length;
   }
-  const auto is_below = [&](const Run& run) { return run.to >= parent_pivots; };
+  const auto is_below = [&](const RowRun& run) { return run.to >= parent_pivots; };
   places_[child].runs_begin = begin;
   places_[child].runs_below =
       static_cast<int>(std::find_if(runs_.begin() + begin, runs_.end(), is_below) - runs_.begin());

@@ -8,8 +8,8 @@
 namespace ch5 {
 namespace {
 
-// X = [J r], row by row.
-void Gather(const Structure& structure, const EdgeRecord& record, double* X) {
+// X = [J r], row by row. `poses`: those of all edges.
+void Gather(const EdgePose* poses, const EdgeRecord& record, double* X) {
   const int stride = kernels::RowStride(record.width + 1), rows = record.edge->ResidualDimension();
   int column = 0;
   const auto append = [&](const auto& block) {
@@ -21,7 +21,7 @@ void Gather(const Structure& structure, const EdgeRecord& record, double* X) {
     for (size_t i = 0; i < record.edge->Vertices().size(); ++i) append(record.edge->Jacobian(i));
   } else {
     for (int t = record.poses_begin; t < record.poses_end; ++t) {
-      append(record.edge->Jacobian(static_cast<size_t>(structure.edge_poses[t].position)));
+      append(record.edge->Jacobian(static_cast<size_t>(poses[t].position)));
     }
     append(record.edge->Jacobian(static_cast<size_t>(record.landmark_position)));
   }
@@ -51,6 +51,20 @@ void WeighLoss(const RobustWeight& robust, int rows, int width, const double* X,
   for (int k = 0; k < rows; ++k) Y[k * stride + width] *= robust.weight;
 }
 
+// The memory is the thread's, and only grows.
+void MultiplyOut(const EdgeRecord& record, const EdgePose* poses, int max_rows, int max_width, double* C) {
+  const Edge& edge = *record.edge;
+  const int columns = record.width + 1, rows = edge.ResidualDimension();
+  thread_local AlignedVector memory;
+  const auto size = static_cast<size_t>(max_rows * kernels::RowStride(max_width + 1));
+  if (memory.size() < 2 * size) memory.resize(2 * size);
+  double *X = memory.data(), *Y = X + size;
+  Gather(poses, record, X);
+  Weigh(edge, columns, X, Y);
+  if (edge.GetLossFunction()) WeighLoss(edge.GetRobustWeight(), rows, record.width, X, Y);
+  kernels::NegativeProducts(rows, columns, X, Y, C);
+}
+
 }  // namespace
 
 void LinearizeAndMultiplyOut(const Structure& structure, int e, double* C) {
@@ -61,18 +75,19 @@ void LinearizeAndMultiplyOut(const Structure& structure, int e, double* C) {
   MultiplyOut(structure, e, C);
 }
 
+void LinearizeAndMultiplyOut(Edge* edge, int width, double* C) {
+  FastEdge* fast = AsFast(edge);
+  if (fast && fast->NegativeProductsInto(C)) return;
+  edge->Linearize();
+  EdgeRecord record{};
+  record.edge = edge;
+  record.landmark_position = -1;
+  record.width = width;
+  MultiplyOut(record, nullptr, edge->ResidualDimension(), width, C);
+}
+
 void MultiplyOut(const Structure& structure, int e, double* C) {
-  const EdgeRecord& record = structure.edges[e];
-  const Edge& edge = *record.edge;
-  const int columns = record.width + 1, rows = edge.ResidualDimension();
-  thread_local AlignedVector memory;
-  const auto size = static_cast<size_t>(structure.max_rows * kernels::RowStride(structure.max_width + 1));
-  if (memory.size() < 2 * size) memory.resize(2 * size);
-  double *X = memory.data(), *Y = X + size;
-  Gather(structure, record, X);
-  Weigh(edge, columns, X, Y);
-  if (edge.GetLossFunction()) WeighLoss(edge.GetRobustWeight(), rows, record.width, X, Y);
-  kernels::NegativeProducts(rows, columns, X, Y, C);
+  MultiplyOut(structure.edges[e], structure.edge_poses.data(), structure.max_rows, structure.max_width, C);
 }
 
 }  // namespace ch5

@@ -12,5 +12,8 @@ void MultiplyOut(const Structure& structure, int e, double* C);
 
 /// C of edge e at the present states: linearizes the edge, or takes its own products (FastEdge::NegativeProductsInto).
 void LinearizeAndMultiplyOut(const Structure& structure, int e, double* C);
+/// The same for an edge by itself, with the columns of all of its vertices in its own order.
+/// @param width  the sum of its vertices' LocalDimension()
+void LinearizeAndMultiplyOut(Edge* edge, int width, double* C);
 
 }  // namespace ch5
