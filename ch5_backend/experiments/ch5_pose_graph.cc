@@ -12,7 +12,7 @@ namespace {
 
 constexpr char kUsage[] =
     "usage: ch5_pose_graph FILE --out DIR [--init START] [--iterations N] [--threads N] [--huber X] [--solver NAME]\n"
-    "                      [--loss NAME] [--scale X] [--gnc] [--project-information] [--leave-out]\n"
+    "                      [--incremental N] [--loss NAME] [--scale X] [--gnc] [--project-information] [--leave-out]\n"
     "Optimizes the pose graph in FILE (g2o's text format, slam2d and slam3d) and writes into DIR: the result as\n"
     ".g2o, the table of iterations, a summary, and what figures/pose_graph.py draws. The first pose is held if\n"
     "nothing in the file holds it.\n"
@@ -20,6 +20,8 @@ constexpr char kUsage[] =
     "                   the tree with the fewest edges), chordal (chordal relaxation), or incremental (pose after\n"
     "                   pose, solved in between; by itself if there are landmarks); unless given, the one of least\n"
     "                   cost\n"
+    "  --incremental N  first solves the graph as a robot does, while it grows: an update after every N poses, which\n"
+    "                   does again only what changes (iSAM2), and prints what that took; then as without\n"
     "  --iterations N   at most N iterations (1000)\n"
     "  --threads N      (as many as the machine has); the result does not depend on it\n"
     "  --huber X        Huber's loss on each edge's normalized error with this threshold (none)\n"
@@ -46,6 +48,7 @@ void PrintUnknown(const ch5::G2oFile& graph, const std::string& file) {
 }
 
 void PrintStart(const ch5::PoseGraphStudy& study) {
+  std::fputs(study.growth.c_str(), stdout);
   std::printf("start: %s;", ch5::NameOf(study.start).c_str());
   for (const auto& [start, cost] : study.costs_of_starts) std::printf("  %s %.6e", ch5::NameOf(start).c_str(), cost);
   std::printf("  (%.3f s)\n\n", study.seconds_to_start);
@@ -69,6 +72,8 @@ void Check(const ch5::PoseGraphOptions& options) {
     throw std::invalid_argument("--gnc goes with --loss tls or geman-mcclure only");
   if (options.scale > 0.0 && !options.loss && !options.gnc)
     throw std::invalid_argument("--scale needs --loss or --gnc");
+  if (options.incremental > 0 && (options.start || options.gnc))
+    throw std::invalid_argument("--incremental is a start of its own: it does not go with --init or --gnc");
 }
 
 void Run(const ch5::PoseGraphOptions& options, const ch5::G2oOptions& reading) {
@@ -131,6 +136,7 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): RunFile
                  [&](const std::string& word) { options.start = ch5::OneOf(word, ch5::kPoseGraphStartNames); });
     line->Option("--loss", [&](const std::string& word) { options.loss = ch5::OneOf(word, ch5::kLoopLossNames); });
     line->Number("--scale", 1e-6, 1e6, &options.scale);
+    line->Number("--incremental", 1, 1000000, &options.incremental);
     line->Flag("--gnc", [&] { options.gnc = true; });
     line->Flag("--project-information", [&] { reading.project_information = true; });
     line->Flag("--leave-out", [&] { reading.leave_out = true; });

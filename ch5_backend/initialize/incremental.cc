@@ -1,6 +1,7 @@
 #include "ch5_backend/initialize/incremental.h"
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 #include "ch5_backend/initialize/landmark_places.h"
@@ -14,41 +15,42 @@ using EdgePointer = std::shared_ptr<Edge>;
 
 class Walk {
  public:
-  Walk(Graph* graph, int threads) : graph_(*graph), optimizer_(graph, threads) {
-    optimizer_.SetDamping(Damping::kDiagonal);
-    edges_.resize(graph->Vertices().empty() ? 0 : graph->Vertices().back()->Id() + 1);
-    is_placed_.resize(edges_.size(), false);
-    for (const auto& edge : graph->Edges()) {
-      for (const auto& vertex : edge->Vertices()) edges_[vertex->Id()].push_back(edge);
-    }
+  explicit Walk(Graph* graph) : graph_(*graph) {
+    is_placed_.resize(graph->Vertices().empty() ? 0 : graph->Vertices().back()->Id() + 1, false);
+    missing_.resize(graph->Edges().empty() ? 0 : graph->Edges().back()->Id() + 1);
+    for (const EdgePointer& edge : graph->Edges()) missing_[edge->Id()] = edge->Vertices().size();
     for (const auto& vertex : graph->Vertices()) {
       if (vertex->IsFixed()) Take(vertex);
     }
   }
 
-  void Go() {
-    constexpr size_t kLeast = 10, kShare = 50;
-    size_t solved = placed_.size();
+  /// @param solve  called after each pose
+  template <typename Solve>
+  void Go(const Solve& solve) {
     for (const auto& vertex : graph_.Vertices()) {
       if (!PoseOf(*vertex)) continue;
       if (!vertex->IsFixed()) PlacePose(vertex);
       PlaceNewLandmarks(*vertex);
-      if (placed_.size() < solved + std::max(kLeast, solved / kShare)) continue;
-      Solve(3);
-      solved = placed_.size();
+      solve();
     }
-    Solve(20);
   }
+
+  const std::vector<std::shared_ptr<Vertex>>& Placed() const { return placed_; }
+  /// The edges all of whose vertices have been placed since the last call.
+  std::vector<EdgePointer> TakeEdges() { return std::exchange(edges_, {}); }
 
  private:
   void Take(const std::shared_ptr<Vertex>& vertex) {
     is_placed_[vertex->Id()] = true;
     placed_.push_back(vertex);
+    for (const EdgePointer& edge : graph_.EdgesOf(*vertex)) {
+      if (--missing_[edge->Id()] == 0) edges_.push_back(edge);
+    }
   }
 
   void PlacePose(const std::shared_ptr<Vertex>& pose) {
     int last = -1;
-    for (const EdgePointer& edge : edges_[pose->Id()]) {
+    for (const EdgePointer& edge : graph_.EdgesOf(*pose)) {
       const std::optional<Transform> T_i_j = MeasurementOf(*edge);
       if (!T_i_j) continue;
       const bool is_second = edge->Vertices()[1] == pose;
@@ -61,7 +63,7 @@ class Walk {
   }
 
   void PlaceNewLandmarks(const Vertex& pose) {
-    for (const EdgePointer& edge : edges_[pose.Id()]) {
+    for (const EdgePointer& edge : graph_.EdgesOf(pose)) {
       if (MeasurementOf(*edge) || edge->Vertices().size() < 2) continue;
       const std::shared_ptr<Vertex>& landmark = edge->Vertices()[1];
       if (is_placed_[landmark->Id()] || edge->Vertices()[0].get() != &pose) continue;
@@ -70,22 +72,47 @@ class Walk {
     }
   }
 
-  void Solve(int iterations) {
-    SolveOptions options;
-    options.max_iterations = iterations;
-    options.cost_tolerance = 1e-6;
-    if (optimizer_.InitializeOptimization(placed_)) optimizer_.Solve(options);
-  }
-
   Graph& graph_;
-  SparseOptimizer optimizer_;
-  std::vector<std::vector<EdgePointer>> edges_;  // by the ids of their vertices
-  std::vector<bool> is_placed_;                  // by id
+  std::vector<bool> is_placed_;  // by id
+  std::vector<size_t> missing_;  // of each edge by id, vertices that are not placed
+  std::vector<EdgePointer> edges_;
   std::vector<std::shared_ptr<Vertex>> placed_;
 };
 
 }  // namespace
 
-void PlaceIncrementally(Graph* graph, int threads) { Walk(graph, threads).Go(); }
+void PlaceIncrementally(Graph* graph, int threads) {
+  constexpr size_t kLeast = 10, kShare = 50;
+  Walk walk(graph);
+  SparseOptimizer optimizer(graph, threads);
+  size_t solved = walk.Placed().size();
+  const auto solve = [&](int iterations) {
+    SolveOptions options;
+    options.max_iterations = iterations;
+    options.cost_tolerance = 1e-6;
+    if (optimizer.InitializeOptimization(walk.Placed())) optimizer.Solve(options);
+    solved = walk.Placed().size();
+  };
+  walk.Go([&] {
+    if (walk.Placed().size() >= solved + std::max(kLeast, solved / kShare)) solve(3);
+  });
+  solve(20);
+}
+
+void SolveIncrementally(Graph* graph, int every, const std::function<void(const UpdateSummary&)>& watch,
+                        const IncrementalOptions& options) {
+  Walk walk(graph);
+  IncrementalSmoother smoother(graph, options);
+  const auto update = [&] {
+    const UpdateSummary summary = smoother.Update(walk.TakeEdges());
+    if (watch) watch(summary);
+  };
+  int poses = 0;
+  walk.Go([&] {
+    if (++poses % every == 0) update();
+  });
+  update();
+  update();
+}
 
 }  // namespace ch5

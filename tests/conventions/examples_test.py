@@ -49,6 +49,14 @@ class Examples(unittest.TestCase):
         self.assertLess(sigmas[0], sigmas[5])
         self.assertGreater(numbers(r"correlation of x of neighbors: (\S+)", said)[0], 0.3)
 
+    def test_growing_graph(self):
+        said = call(self.folder / "growing_graph")
+        eliminated = {int(k): int(n) for k, n in re.findall(r"pose (\d+): (\d+) of \1 variables eliminated", said)}
+        self.assertEqual(sorted(eliminated), [1, *(k + at for k in range(100, 500, 100) for at in (0, 1)), 500])
+        self.assertLess(eliminated[401], 30)
+        self.assertGreater(eliminated[500], eliminated[401])
+        self.assertLess(numbers(r"the end is (\S+) m", said)[0], 0.02)
+
     def test_sliding_window(self):
         said = call(self.folder / "sliding_window")
         poses, window = numbers(r"window: (\d+) poses, sigma (\S+) m", said)

@@ -9,6 +9,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "ch5_backend/initialize/incremental.h"
 #include "ch5_backend/types/pose_graph/as_transform.h"
 
 namespace ch5 {
@@ -134,6 +135,29 @@ CsvTable GivenUpTable(const PoseGraphStudy& study, const G2oFile& file) {
   return table;
 }
 
+// Solves the graph while it grows.  @return what that took
+std::string Grow(int every, Graph* graph) {
+  using Clock = std::chrono::steady_clock;
+  int updates = 0;
+  double eliminated = 0.0, variables = 0.0, longest = 0.0;
+  const auto begin = Clock::now();
+  auto last = begin;
+  const auto seconds = [](auto from, auto to) { return std::chrono::duration<double>(to - from).count(); };
+  SolveIncrementally(graph, every, [&](const UpdateSummary& update) {
+    const auto now = Clock::now();
+    longest = std::max(longest, seconds(last, now));
+    last = now;
+    eliminated += update.eliminated;
+    variables += update.variables;
+    ++updates;
+  });
+  std::ostringstream text;
+  text << std::fixed << std::setprecision(3) << "incremental: " << updates << " updates in " << seconds(begin, last)
+       << " s, the longest " << 1e3 * longest << " ms; on average " << std::lround(eliminated / updates) << " of "
+       << std::lround(variables / updates) << " variables eliminated again\n";
+  return text.str();
+}
+
 }  // namespace
 
 size_t CountLandmarks(const G2oFile& file) {
@@ -195,7 +219,10 @@ PoseGraphStudy StartPoseGraph(const PoseGraphOptions& options, G2oFile* file) {
       loop.edge->SetLossFunction(MakeLoss(*options.loss, std::sqrt(loop.limit)));
   }
   std::vector<PoseGraphStart> starts;
-  const auto asked = options.gnc ? options.start.value_or(PoseGraphStart::kOdometry) : options.start;
+  if (options.incremental > 0) study.growth = Grow(options.incremental, &file->graph);
+  const auto asked = options.incremental > 0 ? PoseGraphStart::kGiven
+                     : options.gnc           ? options.start.value_or(PoseGraphStart::kOdometry)
+                                             : options.start;
   for (const auto& [name, start] : kPoseGraphStartNames) {
     const bool has_sense = start == PoseGraphStart::kGiven         ? file->has_poses
                            : start == PoseGraphStart::kIncremental ? CountLandmarks(*file) > 0
@@ -203,6 +230,7 @@ PoseGraphStudy StartPoseGraph(const PoseGraphOptions& options, G2oFile* file) {
     if (asked ? start == *asked : has_sense) starts.push_back(start);
   }
   const std::vector<double> costs = InitializeAtLeastCost(starts, &file->graph, options.threads);
+  if (options.incremental > 0) starts = {PoseGraphStart::kIncremental};
   for (size_t k = 0; k < starts.size(); ++k) study.costs_of_starts.emplace_back(starts[k], costs[k]);
   study.start = starts[std::min_element(costs.begin(), costs.end()) - costs.begin()];
   study.seconds_to_start = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();

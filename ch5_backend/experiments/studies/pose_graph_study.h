@@ -31,7 +31,8 @@ struct PoseGraphOptions : FileSolveOptions {
   /// Unless set, the one of least cost; incremental if there are landmarks; odometry with gnc.
   std::optional<PoseGraphStart> start;
   std::optional<LoopLoss> loss;
-  double scale = 0.0;  ///< of the loss, on √(rᵀWr); unless set, from the χ² distribution
+  double scale = 0.0;   ///< of the loss, on √(rᵀWr); unless set, from the χ² distribution
+  int incremental = 0;  ///< if not 0: solved while it grows, an update after so many poses (SolveIncrementally)
   bool gnc = false;  ///< graduated non-convexity, towards truncated least squares or, if `loss` is that, Geman–McClure
 };
 
@@ -39,6 +40,7 @@ struct PoseGraphStudy {
   PoseGraphStart start;                                            ///< that was taken
   std::vector<std::pair<PoseGraphStart, double>> costs_of_starts;  ///< that were tried
   double seconds_to_start = 0.0;
+  std::string growth;  ///< with PoseGraphOptions::incremental: what the updates took, a line
   Summary summary;
   std::vector<Vec7> poses_before;   ///< [p, q] of each vertex at the start
   std::vector<double> chi2_before;  ///< rᵀWr of each edge at the start
