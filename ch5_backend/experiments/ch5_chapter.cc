@@ -25,7 +25,6 @@ void RunStudies(const std::filesystem::path& csv) {
   ch5::WriteOdometryTables(ch5::RunOdometryStudy(ch5::SimulatedOdometryRecording(), show), csv);
   ch5::RunRestartStudy(csv);
   ch5::RunSlideStudy(csv);
-  ch5::RunFilmStudy(csv);
 }
 
 }  // namespace

@@ -155,7 +155,7 @@ void Run(const Command& command) {
   const ch5::Progress progress;
   ch5::OdometryStudy study = ch5::RunOdometryStudy(
       recording, [&](const std::string& policy, double fraction) { progress.Show(policy, fraction); }, settings,
-      command.batch);
+      command.batch, true);
   progress.Clear();
   const ch5::RecordingWarnings failures = ch5::CheckFailures(study);
   warn(failures);

@@ -67,9 +67,7 @@ def ticks(low, high, log):
     return [(tick, f"{tick:.{decimals}f}".replace("-", "−")) for tick in values]
 
 
-def limits(values, log=False):
-    """The span of the values, on a logarithmic axis rounded to powers of ten."""
-    values = np.asarray(values, dtype=float)
-    values = values[np.isfinite(values) & ((values > 0) | (not log))]
-    low, high = values.min(), values.max()
-    return (10.0 ** np.floor(np.log10(low)), 10.0 ** np.ceil(np.log10(high))) if log else (low, high)
+def powers(values):
+    """The powers of ten around the positive ones of the values."""
+    exponents = np.log10([value for value in values if value > 0])
+    return 10.0 ** np.floor(exponents.min()), 10.0 ** np.ceil(exponents.max())

@@ -6,7 +6,7 @@ from .style import number, percent
 
 def methods(n, say):
     extra = [n[f"{path} {points}", "mean iterations of free − fixation"] for path, points in gauge_paper.SCENES]
-    more = [say("gauge.extra", scene=scene_name(say, scene), more=f"{value:.2f}")
+    more = [say("gauge.extra", scene=say("list").join(say(f"gauge.{one}") for one in scene), more=f"{value:.2f}")
             for scene, value in zip(gauge_paper.SCENES, extra) if value > 0]
     share = lambda what: percent(n["all scenes", f"share of trials in which free needs {what} iterations"])
     a_step = lambda method: [n[f"{path} {points} {method}", "median milliseconds an iteration"]
@@ -15,11 +15,6 @@ def methods(n, say):
     return dict(trials=f"{n['all scenes', 'trials']:.0f}", fewer=share("fewer"), more=share("more"), saved=f"{-min(extra):.2f}",
                 verdict=say("gauge_methods.but", scenes=say("list").join(more)) if more else say("gauge_methods.as"),
                 low=f"{min(faster):.0f}", high=f"{max(faster):.0f}")
-
-
-def scene_name(say, scene):
-    path, points = scene
-    return say("list").join((say(f"gauge.{path}"), say(f"gauge.{points}")))
 
 
 def sweep(n, say):

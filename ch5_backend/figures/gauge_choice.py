@@ -35,12 +35,6 @@ def error_lines(axes, table, start, names):
     style.plain_log(axes.yaxis, [0.5, 1, 2, 5, 10, 20, 50])
 
 
-def draw_factor(axes, table, factor):
-    title, values = FACTORS[factor]
-    factor_lines(axes, table, factor, values)
-    style.legend_over(axes, f"iterations: {title}")
-
-
 def draw_error(axes, table, start, title):
     error_lines(axes, table, start, FACTORS["place"][1])
     if start == "truth":  # all are near 1
@@ -50,8 +44,9 @@ def draw_error(axes, table, start, title):
 
 @style.drawn("gauge_prior_choice", 2, 3, (11.0, 7.2))
 def prior_choice(panels, table):
-    for axes, factor in zip(panels.flat, FACTORS):
-        draw_factor(axes, table, factor)
+    for axes, (factor, (title, values)) in zip(panels.flat, FACTORS.items()):
+        factor_lines(axes, table, factor, values)
+        style.legend_over(axes, f"iterations: {title}")
     draw_error(panels[1, 1], table, "perturbed", "RMSE / free: prior at a wrong value")
     draw_error(panels[1, 2], table, "truth", "RMSE / free: prior at the truth")
     for axes in panels.flat:

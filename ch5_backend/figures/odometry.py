@@ -4,12 +4,11 @@ import numpy as np
 from . import style
 from .digits import minus
 from .numbers import windows
-from .hessian import bracket, magnitudes
 from .scene import XYZ, decorate
-from .style import BLUE, GRAY, VERMILION, plt
-from .tables import dense, read
+from .style import BLUE, GRAY, GREEN, plt
+from .tables import read
 
-COLORS = {"vins": BLUE, "okvis": VERMILION}
+COLORS = {"vins": BLUE, "okvis": GREEN}  # orange is what leaves a window, and the prior
 DOTS = {"vins": ".", "okvis": "x"}
 NAMES = {"vins": "VINS", "okvis": "OKVIS"}
 
@@ -155,34 +154,6 @@ def gauge(directory):
     return style.save(fig, directory, "odometry_gauge")
 
 
-def film(directory):
-    """H of the window before the slide, and below it the prior that the slide left."""
-    table = read_estimates(directory, "odometry_matrices")
-    for name in COLORS:
-        if name not in policies(table):
-            style.discard(directory, f"odometry_film_{name}")
-            continue
-        rows = table.where(policy=name)
-        shots = np.unique(rows["picture"])
-        fig, panels = plt.subplots(2, len(shots), figsize=(10.0, 5.4), layout="constrained", squeeze=False,
-                                   gridspec_kw={"height_ratios": (1.25, 1.0)})
-        high = np.log10(np.abs(rows["value"]).max())
-        for column, shot in enumerate(shots):
-            for axes, stage in zip(panels[:, column], ("window", "prior")):
-                entries = rows.where(picture=shot, stage=stage)
-                size, poses = int(entries["size"][0]), int(entries["pose_rows"][0])
-                borders = [poses] if poses < size else []
-                image = magnitudes(axes, dense(entries, size, size), borders, (high - 12, high))
-                title = f"t = {entries['t_s'][0]:.1f} s: {size}×{size}" if stage == "window" else f"prior: {size}×{size}"
-                axes.set_title(title, fontsize=10.5, loc="center", pad=5)
-                if column == 0 and stage == "window":
-                    bracket(axes, 0, poses, "states")
-                    if poses < size:
-                        bracket(axes, poses, size, "landmarks")
-        fig.colorbar(image, ax=panels, label="log₁₀ |entry|", shrink=0.7, pad=0.01)
-        style.save(fig, directory, f"odometry_film_{name}")
-
-
 def path_words(say, rows, answered):
     """How far each policy is from the truth, and which has found no start."""
     started = [name for name in rows if answered[name]]
@@ -220,11 +191,6 @@ def captions(directory, say):
     if names := policies(read_estimates(directory, "odometry_gauge")):
         words["odometry_gauge"] = say("odometry_gauge", leaks=each(lambda name: leak(directory, say, name), names))
     return words
-
-
-def stills(directory, say):
-    """The same of H and the priors at four times, which the chapter's report shows as a film instead."""
-    return {f"odometry_film_{name}": say("odometry_film", policy=NAMES[name]) for name in policies(read_estimates(directory, "odometry_matrices"))}
 
 
 def draw(directory):

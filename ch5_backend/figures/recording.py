@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from markupsafe import Markup
 
-from . import evaluation, odometry, page, sliders, style
+from . import evaluation, film, odometry, page, style
 from .digits import fixed, minus
 from .tables import read
 
@@ -28,12 +28,6 @@ def summary_table(directory, say):
                      fixed(row["realtime_factor"], 1), fixed(row["tracking_factor"], 1), fixed(row["p99_window_ms"], 2),
                      f"{row['frames']:.0f}", f"{row['restarts']:.0f}"))
     return page.table(head, rows)
-
-
-def nees_words(directory, say):
-    """How NEES is computed, where there is one."""
-    if np.isfinite(read(directory, "odometry_policies")["nees_motion"]).any():
-        yield page.paragraph(say("recordings.gauge"), say)
 
 
 def segment_table(directory, say):
@@ -60,20 +54,20 @@ def body_of(directory, say):
     """The page's pieces: the path first, then what judges it, then how the estimators work."""
     trajectories = sorted(path.name for path in Path(directory).glob("*.tum"))
     links = Markup(say("list")).join(Markup('<a href="{0}">{0}</a>').format(name) for name in trajectories)
-    words = {**odometry.captions(directory, say), **evaluation.captions(directory, say), **odometry.stills(directory, say)}
+    words = {**odometry.captions(directory, say), **evaluation.captions(directory, say)}
     drawn = {name: page.figure(directory, name, words[name], say(f"{name}.alt"), say) for name in words}
     has_truth = bool(len(read(directory, "odometry_path").where(policy="truth")))
+    has_nees = np.isfinite(read(directory, "odometry_policies")["nees_motion"]).any()
     judged = [drawn.pop(name) for name in ("odometry_lengths", "odometry_consistency", "odometry_timeline", "odometry_biases", "odometry_timing")
               if name in drawn]
     return [*page.opening(say("recording.heading", name=Path(directory).resolve().name), say("recording.lead"), say),
             drawn.pop("odometry_path"), *warnings(directory, say), summary_table(directory, say), segment_table(directory, say),
-            *([] if has_truth else [page.paragraph(say("recording.no_truth"))]), *judged, *nees_words(directory, say), sliders.windows(directory, say), *drawn.values(),
+            *([] if has_truth else [page.paragraph(say("recording.no_truth"))]), *judged, *([page.paragraph(say("recordings.gauge"), say)] if has_nees else []), film.player(directory, say, "recorded"), *drawn.values(),
             Markup(f"<p>{say('trajectories', links='{}')}</p>").format(links), page.links_to_tables(directory, say)]
 
 
 def draw(directory):
     odometry.draw(directory)
-    odometry.film(directory)
     evaluation.draw(directory)
     page.write_all(directory, "recording.title", body_of)
 

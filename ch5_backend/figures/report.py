@@ -23,7 +23,7 @@ from .tables import Tables
 
 # The longest first, so that two processes finish together.
 SCRIPTS = (odometry, systems, nees, prior, scene, hessian, convergence, marginalize, hero)
-EXPLORERS = {"bundle-adjustment": sliders.iterations, "odometry": lambda directory, say: film.player(directory, say) + sliders.windows(directory, say), "the-priors-weight": sliders.weights,
+EXPLORERS = {"bundle-adjustment": sliders.iterations, "odometry": lambda directory, say: film.player(directory, say, "simulated"), "the-priors-weight": sliders.weights,
              "the-hessian": lambda directory, say: blocks.explorer(directory, "course", say)}
 
 # The kept tables of each figure that does not show this run.

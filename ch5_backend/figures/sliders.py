@@ -1,16 +1,14 @@
-"""The report's sliders: step through iterations, images and prior weights. Without a script all positions lie faintly on
+"""The report's sliders: step through iterations and prior weights. Without a script all positions lie faintly on
 top of each other, and the tables have all rows."""
 
 import numpy as np
 
 from . import page
-from .digits import MISSING, fixed, number
-from .drawing import Axes, limits
-from .odometry import NAMES
+from .digits import MISSING, number
+from .drawing import Axes, powers
 from .tables import read
 
 COLORS = {"course": "c1", "perturbed": "c0", "minimal": "c2"}  # as in prior.py
-IMAGES_A_STEP = 5
 
 player = page.PIECES.player
 """player(name, title, words, labels, start, curves, drawings, head, rows): a slider with a label for each position, drawings
@@ -21,10 +19,10 @@ def iterations(directory, say):
     """The points of both scenes and the cost, iteration by iteration."""
     trace, points = read(directory, "mono_ba_trace"), read(directory, "mono_ba_iterations")
     truth = read(directory, "mono_ba_points").where(state="truth")
-    scenes = {scene: f"c{i}" for i, scene in enumerate(dict.fromkeys(trace["scene"]))}
+    scenes = {scene: f"c{2 * i}" for i, scene in enumerate(dict.fromkeys(trace["scene"]))}
     last = int(trace["iteration"].max())
     ratio = {scene: trace.where(scene=scene)["cost"] / trace.where(scene=scene)["cost"][0] for scene in scenes}
-    cost = Axes(say("cost_ratio"), (0, last), limits([*ratio["course"], *ratio["large"]], log=True), say("iteration"),
+    cost = Axes(say("cost_ratio"), (0, last), powers([*ratio["course"], *ratio["large"]]), say("iteration"),
                 y_log=True)
     maps, rows = [], []
     for scene, color in scenes.items():
@@ -58,50 +56,6 @@ def point_map(say, scene, points, truth, last, color):
         shown.path("".join(f"M{a:.1f} {b:.1f}h0L{u:.1f} {v:.1f}" for a, b, u, v in ways),
                    f"point {'many' if len(x) > 50 else 'few'} {color}", k)
     return shown.svg(say("points.alt", scene=title), "single")
-
-
-def windows(directory, say):
-    """Both policies along the path, every few images; nothing where none has found a start."""
-    path = read(directory, "odometry_path")
-    images = read(directory, "odometry_windows").where(status="tracking")
-    gauge = read(directory, "odometry_gauge", may_be_empty=True).where(direction="yaw")
-    colors = {name: f"c{i}" for i, name in enumerate(NAMES) if len(path.where(policy=name))}
-    times = np.unique(images["t_s"])[::IMAGES_A_STEP]
-    if not colors:
-        return ""
-    truth, error = path.where(policy="truth"), 100 * path["error_m"]
-    above = Axes(say("path"), limits(path["x_m"]), limits(path["y_m"]))
-    some = slice(None, None, 1 + len(truth) // 500)  # more, no eye would see
-    above.curve(truth["x_m"][some], truth["y_m"][some], "truth")
-    drift = Axes(say("drift"), limits(path["t_s"]), (0, np.nanmax([1.0, *error])), say("seconds"))
-    rows = []
-    for name, color in colors.items():
-        of, solves, yaw = (table.where(policy=name) for table in (path, images, gauge))
-        for axes, x, y in ((above, of["x_m"], of["y_m"]), (drift, of["t_s"], 100 * of["error_m"])):
-            for segment in np.unique(of["segment"]):
-                axes.curve(x[of["segment"] == segment], y[of["segment"] == segment], f"thin {color}")
-            for k, t in enumerate(times):
-                axes.dots(x[of["t_s"] == t], y[of["t_s"] == t], color, k)
-        for k, t in enumerate(times):
-            cells = window_cells(of.where(t_s=t), solves.where(t_s=t), yaw.where(t_s=t))
-            rows += [(k, NAMES[name], *cells)] if cells else []
-    drawings = [above.svg(say("path.alt"))]
-    drawings += [drift.svg(say("drift.alt"))] if len(truth) else []
-    head = ("policy", "landmarks", "iterations", "first_cost", "last_cost", "time", "error", "yaw_known")
-    return player("window", say("window.title"), say("window.words", step=IMAGES_A_STEP), [f"{t:.2f} s" for t in times],
-                  len(times) // 2, [(NAMES[name], color) for name, color in colors.items()], drawings,
-                  list(map(say, head)), rows)
-
-
-def window_cells(here, solve, yaw):
-    """The row of the table for one policy and image; none while it has no estimate."""
-    if not (len(here) and len(solve)):
-        return ()
-    known = number(abs(yaw["information"][0]), 2) if len(yaw) else MISSING
-    error = fixed(100 * here["error_m"][0], 1)
-    return (*(fixed(solve[name][0]) for name in ("landmarks", "iterations")),
-            *(number(solve[name][0]) for name in ("initial_cost", "final_cost")),
-            number(solve["milliseconds"][0], 2), error, known)
 
 
 def weights(directory, say):

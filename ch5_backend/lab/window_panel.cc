@@ -2,10 +2,8 @@
 #include <memory>
 
 #include "ch5_backend/consistency/gauge_audit.h"
-#include "ch5_backend/evaluate/trajectory_error.h"
 #include "ch5_backend/experiments/studies/window/flight.h"
 #include "ch5_backend/lab/panels.h"
-#include "ch5_backend/window/state_covariance.h"
 
 namespace ch5::lab {
 namespace {
@@ -47,26 +45,17 @@ void AddPrior(const Window& window, Json* json) {
   }
 }
 
-// What the window's graph claims of x and y of its frames while the oldest one's position and yaw are held: there it is laid
-// upon the truth.
+// What the window's graph claims of x and y of its frames, and where they truly were.
 void AddClaims(const Window& window, const std::vector<StampedState>& truth, Json* json) {
   if (!window.prior) return;
-  const Frame& oldest = window.frames.front();
-  const auto first = StateAt(truth, oldest.t);
-  if (!first) return;
-  const YawTransform to_truth = AlignFirstPose({oldest.pose->q(), oldest.pose->p()}, first->T_W_B);
-  const Mat33 turn = to_truth.Rotation().toRotationMatrix();
-  const std::vector<Mat66> covariances = PoseCovariances(window);
+  const std::vector<PlacedFrame> placed = PlacedFrames(window, truth);
+  if (placed.empty()) return;
   std::vector<Json> claims;
-  for (size_t i = 1; i < window.frames.size(); ++i) {
-    const Frame& frame = window.frames[i];
-    const auto state = StateAt(truth, frame.t);
-    if (!state) continue;
-    const Transform estimate = to_truth * Transform{frame.pose->q(), frame.pose->p()};
-    const Mat33 turned = turn * covariances[i].topLeftCorner<3, 3>() * turn.transpose();
-    claims.push_back(ClaimJson(frame.id, estimate.p, state->T_W_B.p, turned.topLeftCorner<2, 2>()));
+  for (size_t i = 1; i < placed.size(); ++i) {
+    const PlacedFrame& frame = placed[i];
+    if (frame.truth) claims.push_back(ClaimJson(frame.id, frame.p, *frame.truth, frame.claimed));
   }
-  json->Add("held", first->T_W_B.p).Add("claims", claims).Add("claim_limit", ClaimLimit());
+  json->Add("held", placed.front().p).Add("claims", claims).Add("claim_limit", ClaimLimit());
 }
 
 /// One policy's flight, as far as it has been asked for: an answer for each image.

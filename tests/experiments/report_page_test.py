@@ -39,7 +39,7 @@ class Report(unittest.TestCase):
 
     def test_the_figures_answer_in_chinese(self):
         found = self.found["zh"]
-        self.assertEqual([slider["label"] for slider in found["sliders"]], ["迭代", "先验权重", "滑动", "窗口"])
+        self.assertEqual([slider["label"] for slider in found["sliders"]], ["迭代", "先验权重", "滑动"])
         self.assertEqual(found["sliders"][0]["seen"][2]["spoken"], "第 2 次迭代")
         self.assertEqual(found["tapped"], "位姿 1 × 位姿 2：没有边同时连接两者，所以这个块为零。")
         self.assertIn("S：位姿 1 × 位姿 2：没有边；20 个已消去的路标点", found["S"][5][0])
@@ -51,12 +51,11 @@ class Report(unittest.TestCase):
         sliders = {slider["label"]: slider["seen"] for slider in found}
         self.assertEqual({slider["label"]: slider["pictures"] for slider in found},
                          {label: len(seen) if label == "Slide" else 1 for label, seen in sliders.items()}, "the film's images differ")
-        self.assertEqual(list(sliders), ["Iteration", "Prior weight", "Slide", "Window"])
+        self.assertEqual(list(sliders), ["Iteration", "Prior weight", "Slide"])
         trace, sweep = tables.read(OUT, "mono_ba_trace"), tables.read(OUT, "prior_sweep")
         self.assertEqual([at["words"] for at in sliders["Iteration"]],
                          [f"iteration {k}" for k in range(int(trace["iteration"].max()) + 1)])
         self.assertEqual(len(sliders["Prior weight"]), len(set(sweep["weight"])))
-        self.assertGreater(len(sliders["Window"]), 50)
         for label, seen in sliders.items():
             self.assertEqual(len({at["words"] for at in seen}), len(seen), label)
             for at in seen:
@@ -89,5 +88,5 @@ class Report(unittest.TestCase):
     def test_without_script_all_is_there(self):
         plain = re.sub(r"<script>.*?</script>", "", self.texts["en"], flags=re.S)
         self.assertNotRegex(plain, r'(src|href)="(https?:|/)|url\(|@import')
-        self.assertEqual(plain.count('<div class="control" hidden>'), 4)
+        self.assertEqual(plain.count('<div class="control" hidden>'), 3)
         self.assertIn("H: pose 0 × pose 0: 40 edges, each adds J_iᵀ W J_j: numbers 0–39.", plain)

@@ -18,7 +18,7 @@ def figures_of(out, of="chapter"):
         return gauge_report.drawn_of(out)
     say = Words("en")
     names = [name for section in captions.sections(Chapter(Tables(out / "csv")), say).values() for name in section]
-    return ["hero", *names, *odometry.captions(out, say), *evaluation.captions(out, say), *odometry.stills(out, say), *nees.captions(say), *systems.captions(out, say)]
+    return ["hero", *names, *odometry.captions(out, say), *evaluation.captions(out, say), *nees.captions(say), *systems.captions(out, say)]
 
 
 def write_reports(out, of="chapter"):

@@ -19,7 +19,7 @@ void RunMonoBaStudy(const std::filesystem::path& csv, const std::function<void(d
 void RunMarginalizeStudy(const std::filesystem::path& csv);
 
 /// The two window policies side by side: what each of them takes out of one and the same window, and then frame by frame.
-/// Writes five tables of a simulated flight with few tracks; all or none:
+/// Writes these tables of a simulated flight with few tracks, and its film (window/film.h); all or none:
 ///
 ///   slide_vertices      each vertex of one window of eight frames, and whether a policy's slide marginalizes it
 ///   slide_observations  each observation of that window: prior (taken into it), again (taken, and used again), lost, stays
@@ -28,16 +28,6 @@ void RunMarginalizeStudy(const std::filesystem::path& csv);
 ///   slide_frames        the frames of each policy's own window after each image, and what they still have
 /// @throws WriteError
 void RunSlideStudy(const std::filesystem::path& csv);
-
-/// Every slide of both policies' windows along one flight; of OKVIS's, the first one in which a keyframe leaves and the first
-/// in which another frame does bear that as their `case`. All or none:
-///
-///   film_blocks    the largest entry of each block of H before the slide and of the prior after it, and whether it is fill-in
-///   film_vertices  whose rows those of H are, and what the slide makes of them
-///   film_frames    the window's frames from above, laid upon the truth at the oldest one, with the covariance that they claim
-///                  relative to it; and the truth at the images
-/// @throws WriteError
-void RunFilmStudy(const std::filesystem::path& csv);
 
 /// A flight whose IMU is silent for two seconds: positions and errors of the segments before and after, and the truth's. Writes
 /// restart.csv.  @throws WriteError

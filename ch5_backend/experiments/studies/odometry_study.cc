@@ -18,20 +18,17 @@
 namespace ch5 {
 namespace {
 
-constexpr size_t kPictures = 4;     // of the window and its prior, per policy
+constexpr size_t kSpectra = 4;      // of the prior, per policy
 constexpr int kComparedEvery = 10;  // windows: their motion's NEES, each as much work as some of its steps
+constexpr size_t kFilmed = 32;      // images of the film
 
-// Rows frame by frame (pose, then speed and biases), landmarks last; of the prior in the order of its vertices.
-void AppendSnapshot(const std::string& policy, size_t picture, double t, const Window& window, OdometryStudy* study) {
-  const MatXX H = DenseHessian(window.graph);
+void AppendSpectrum(const std::string& policy, double t, const Window& window, CsvTable* table) {
   const MatXX& J = window.prior->GetPrior().J;
-  const MatXX H_prior = J.transpose() * J;
-  AppendNonZeros(H, &study->matrices, policy, picture, t, "window", H.rows(), MakeOrdering(window.graph).dim_poses);
-  AppendNonZeros(H_prior, &study->matrices, policy, picture, t, "prior", H_prior.rows(), H_prior.rows());
-  const VecX p_inverse = ScalingOf(H_prior).cwiseInverse();
-  const VecX eigenvalues = Eigenvalues(H_prior);
-  const VecX scaled = Eigenvalues(p_inverse.asDiagonal() * H_prior * p_inverse.asDiagonal());
-  for (int i = 0; i < eigenvalues.size(); ++i) study->spectrum.Row(policy, t, i, eigenvalues[i], scaled[i]);
+  const MatXX H = J.transpose() * J;
+  const VecX p_inverse = ScalingOf(H).cwiseInverse();
+  const VecX eigenvalues = Eigenvalues(H);
+  const VecX scaled = Eigenvalues(p_inverse.asDiagonal() * H * p_inverse.asDiagonal());
+  for (int i = 0; i < eigenvalues.size(); ++i) table->Row(policy, t, i, eigenvalues[i], scaled[i]);
 }
 
 void AppendGauge(const std::string& policy, double t, const Window& window, CsvTable* table) {
@@ -207,30 +204,36 @@ Recording SimulatedOdometryRecording(uint64_t seed) {
 }
 
 OdometryStudy RunOdometryStudy(Recording recording, const std::function<void(const std::string&, double)>& progress,
-                               const OdometrySettings& settings, bool batch) {
+                               const OdometrySettings& settings, bool batch, bool film) {
   OdometryStudy study;
   study.recording = std::move(recording);
   study.clock_sigma = settings.clock_sigma;
   const auto& frames = study.recording.images;
+  const int every = static_cast<int>(1 + frames.size() / kFilmed);
+  if (film) study.film.emplace().AppendTruth(study.recording);
   EstimatorOptions options = settings.estimator;
   options.calibration = study.recording.calibration;
   options.report_covariance = options.estimate_extrinsic || options.estimate_time_offset;
   for (auto&& policy : settings.Policies()) {
     const std::string name = policy->Name();
-    size_t image = 0, pictures = 0;
+    size_t image = 0, spectra = 0;
     MotionNees nees;
     if (!study.recording.truth.empty())
       policy = ComparedBeforeSlides(std::move(policy), study.recording.truth, kComparedEvery, &nees);
+    if (film) policy = Filmed(std::move(policy), study.recording.truth, every, &*study.film);
     const auto watch = [&](const Estimator& estimator, ImageResult& row) {
       row.seconds -= std::exchange(nees.seconds, 0.0);
+      if (film) row.seconds -= std::exchange(study.film->seconds, 0.0);
       ++image;
       if (progress) progress(name, static_cast<double>(image) / static_cast<double>(frames.size()));
       const Window& window = estimator.GetWindow();
       if (!row.report.state || !window.prior) return;
       AppendGauge(name, row.t, window, &study.gauge);
-      // Pictures are spread over the second half, the last one at the end.
-      const size_t due = frames.size() / 2 + (pictures + 1) * frames.size() / (2 * kPictures);
-      if (pictures < kPictures && image + 1 >= due) AppendSnapshot(name, pictures++, row.t, window, &study);
+      // They are spread over the second half, the last one at the end.
+      const size_t due = frames.size() / 2 + (spectra + 1) * frames.size() / (2 * kSpectra);
+      if (spectra == kSpectra || image + 1 < due) return;
+      AppendSpectrum(name, row.t, window, &study.spectrum);
+      ++spectra;
     };
     study.runs.push_back(RunOdometry(study.recording, options, std::move(policy), watch));
     study.runs.back().nees_motion = nees.Mean();
@@ -252,11 +255,11 @@ void WriteOdometryTables(const OdometryStudy& study, const std::filesystem::path
   files.Add(csv / "odometry_lengths.csv", LengthTable(study).Text());
   files.Add(csv / "odometry_consistency.csv", study.consistency.Text());
   files.Add(csv / "odometry_windows.csv", WindowTable(study).Text());
-  files.Add(csv / "odometry_matrices.csv", study.matrices.Text());
   files.Add(csv / "odometry_spectrum.csv", study.spectrum.Text());
   files.Add(csv / "odometry_gauge.csv", study.gauge.Text());
   files.Add(csv / "odometry_warnings.csv", WarningTable(study).Text());
   files.Add(csv / "odometry_machine.csv", MachineTable(0, {}).Text());
+  if (study.film) study.film->AddTo(csv, &files);
   files.Commit();
 }
 

@@ -10,6 +10,7 @@
 
 #include "ch5_backend/experiments/studies/odometry.h"
 #include "ch5_backend/experiments/studies/odometry_settings.h"
+#include "ch5_backend/experiments/studies/window/film.h"
 #include "ch5_backend/files/tables/csv.h"
 
 namespace ch5 {
@@ -31,13 +32,13 @@ struct OdometryStudy {
   RecordingWarnings warnings;         ///< recording_warnings.h
   std::vector<OdometryRun> runs;      ///< one per policy
   std::optional<double> clock_sigma;  ///< OdometrySettings::clock_sigma
-  /// Filled while the policies run, outside of the measured time: H of the window and of the prior after its slide at a few
-  /// images, the prior's eigenvalues there, and after each image the information on position and yaw in it, which is spurious.
-  CsvTable matrices{"policy,picture,t_s,stage,size,pose_rows,row,column,value"};
+  /// Filled while the policies run, outside of the measured time: the prior's eigenvalues at a few images, and after each image
+  /// the information on position and yaw in it, which is spurious; and the slides after some images, if they are wanted.
   CsvTable spectrum{"policy,t_s,index,eigenvalue,scaled"};
   CsvTable gauge{"policy,t_s,direction,information,relative"};
   /// The newest frame's motion against the window's oldest, compared with the truth (motion_nees.h), every tenth window.
   CsvTable consistency{"policy,t_s,error_m,sigma_m,rotation_error_deg,rotation_sigma_deg,nees"};
+  std::optional<FilmTables> film;
 };
 
 /// A hand-held camera in a room, standing still before it moves, with noise and 2 % of outliers.
@@ -45,13 +46,14 @@ Recording SimulatedOdometryRecording(uint64_t seed = 1);
 
 /// @param progress  called with the present policy and the fraction done, 0 … 1
 /// @param settings  which policies, and how
-/// @param batch     also solves the recording at once, from the first run; it is in none of the three tables
+/// @param batch     also solves the recording at once, from the first run; it is in none of these tables
+/// @param film      of both windows, for which some of their slides are told
 OdometryStudy RunOdometryStudy(Recording recording,
                                const std::function<void(const std::string&, double)>& progress = nullptr,
-                               const OdometrySettings& settings = {}, bool batch = false);
+                               const OdometrySettings& settings = {}, bool batch = false, bool film = false);
 
 /// Into `csv`: odometry_policies.csv, odometry_results.csv, odometry_segments.csv, odometry_path.csv, odometry_lengths.csv, odometry_consistency.csv,
-/// odometry_windows.csv, odometry_matrices.csv, odometry_spectrum.csv, odometry_gauge.csv, odometry_warnings.csv and odometry_machine.csv; all or none.
+/// odometry_windows.csv, odometry_spectrum.csv, odometry_gauge.csv, odometry_warnings.csv, odometry_machine.csv and those of the film; all or none.
 /// @throws WriteError
 void WriteOdometryTables(const OdometryStudy& study, const std::filesystem::path& csv);
 

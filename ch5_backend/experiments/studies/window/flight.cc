@@ -2,8 +2,10 @@
 
 #include <algorithm>
 
+#include "ch5_backend/evaluate/trajectory_error.h"
 #include "ch5_backend/math/so3.h"
 #include "ch5_backend/simulate/sensors/simulation.h"
+#include "ch5_backend/window/state_covariance.h"
 
 namespace ch5 {
 
@@ -54,10 +56,37 @@ void Fly(Recording recording, size_t images, std::unique_ptr<WindowPolicy> polic
   FeedRecording(recording, StartFlight(recording, std::move(policy)).get(), watch);
 }
 
+std::vector<PlacedFrame> PlacedFrames(const Window& window, const std::vector<StampedState>& recorded) {
+  const Frame& oldest = window.frames.front();
+  YawTransform to_truth;
+  if (!recorded.empty()) {
+    const auto first = StateAt(recorded, oldest.t);
+    if (!first) return {};
+    to_truth = AlignFirstPose({oldest.pose->q(), oldest.pose->p()}, first->T_W_B);
+  }
+  const Mat33 turn = to_truth.Rotation().toRotationMatrix();
+  const std::vector<Mat66> covariances = PoseCovariances(window);
+  std::vector<PlacedFrame> placed;
+  for (size_t i = 0; i < covariances.size(); ++i) {
+    const Frame& frame = window.frames[i];
+    const Vec3 p = to_truth * frame.pose->p();
+    const Mat33 claimed = turn * covariances[i].topLeftCorner<3, 3>() * turn.transpose();
+    placed.push_back({frame.id, frame.t, p, claimed.topLeftCorner<2, 2>(), {}});
+    if (const auto truth = StateAt(recorded, frame.t)) placed.back().truth = truth->T_W_B.p;
+  }
+  return placed;
+}
+
 bool IsInPrior(const Window& window, const Vertex& vertex) {
   if (!window.prior) return false;
   const auto& held = window.prior->Vertices();
   return std::any_of(held.begin(), held.end(), [&](const auto& one) { return one.get() == &vertex; });
+}
+
+bool IsMarginalized(const std::string& policy, int id, const WindowLandmark& landmark, int oldest,
+                    const Window& window) {
+  if (window.landmarks.count(id) == 0) return true;
+  return policy == "vins" && landmark.Host() == oldest && window.IndexOf(oldest) < 0;
 }
 
 const char* FateOf(const Vertex& vertex, bool is_left, const Window& window) {

@@ -25,8 +25,28 @@ std::unique_ptr<Estimator> StartFlight(const Recording& recording, std::unique_p
 /// The first `images` images from there on.
 void Fly(Recording recording, size_t images, std::unique_ptr<WindowPolicy> policy, const OdometryCallback& watch);
 
+/// A frame of a window, and what is claimed of it from above.
+struct PlacedFrame {
+  int id;
+  double t;       ///< [s]
+  Vec3 p;         ///< [m]
+  Mat22 claimed;  ///< covariance of x and y relative to the oldest frame, whose position and yaw are held [m²]
+  std::optional<Vec3> truth;  ///< where it truly was [m]
+};
+
+/// The window laid upon the truth at its oldest frame by a shift and a turn about gravity: what errs there is what the
+/// covariances are about. Without any truth the frames are where they are estimated.
+/// @param window  with a graph at its present states;  @return empty if the truth has a gap at the oldest frame
+std::vector<PlacedFrame> PlacedFrames(const Window& window, const std::vector<StampedState>& recorded);
+
 /// Whether the window's prior has columns for the vertex.
 bool IsInPrior(const Window& window, const Vertex& vertex);
+
+/// Whether the slide that has led to this window has taken the landmark's depth into the prior: VINS-Mono's those whose host
+/// was the oldest frame and has left, though what else sees them may be used again; OKVIS's those that it erases.
+/// @param oldest  frame before the slide
+bool IsMarginalized(const std::string& policy, int id, const WindowLandmark& landmark, int oldest,
+                    const Window& window);
 
 /// What the slide that has led to this window has made of a vertex: "marginalized", "in the prior" or "untouched".
 /// @param is_left  whether the window still has it

@@ -4,14 +4,14 @@
 #include "ch5_backend/consistency/gauge_audit.h"
 #include "ch5_backend/experiments/studies/chapter_studies.h"
 #include "ch5_backend/experiments/studies/matrices.h"
+#include "ch5_backend/experiments/studies/window/film.h"
 #include "ch5_backend/experiments/studies/window/flight.h"
 #include "ch5_backend/files/tables/text_writer.h"
-#include "ch5_backend/window/vins_window.h"
 
 namespace ch5 {
 namespace {
 
-constexpr size_t kImages = 30;
+constexpr size_t kImages = 30, kFilmed = 60;
 
 struct Tables {
   CsvTable vertices{"policy,vertex,number,row,rows,fate"};
@@ -34,7 +34,6 @@ struct WindowBeforeSlide {
   std::vector<Frame> frames;
   std::map<int, WindowLandmark> landmarks;
   FirstRows row;
-  std::vector<std::shared_ptr<Vertex>> vins_drops;
 
   bool Has(const WindowLandmark& landmark) const { return row.count(landmark.inverse_depth.get()) > 0; }
 };
@@ -52,19 +51,10 @@ void AppendStates(const std::string& policy, const WindowBeforeSlide& before, co
   }
 }
 
-// VINS-Mono names what it drops. OKVIS erases the landmarks that it marginalizes, and those seen once.
-bool IsMarginalized(const std::string& policy, int id, const WindowBeforeSlide& before, const Window& after) {
-  const WindowLandmark& landmark = before.landmarks.at(id);
-  if (!before.Has(landmark)) return false;
-  const auto& drops = before.vins_drops;
-  return policy == "vins" ? std::find(drops.begin(), drops.end(), landmark.inverse_depth) != drops.end()
-                          : after.landmarks.count(id) == 0;
-}
-
 // Each landmark, whether it has been marginalized, and what has become of each of its observations.
 void AppendLandmarks(const std::string& policy, const WindowBeforeSlide& before, const Window& after, Tables* tables) {
   for (const auto& [id, landmark] : before.landmarks) {
-    const bool is_taken = IsMarginalized(policy, id, before, after);
+    const bool is_taken = before.Has(landmark) && IsMarginalized(policy, id, landmark, before.frames.front().id, after);
     if (before.Has(landmark)) {
       tables->vertices.Row(policy, "landmark", id, before.row.at(landmark.inverse_depth.get()), 1,
                            is_taken ? "marginalized" : "untouched");
@@ -93,8 +83,7 @@ class SlideOnce : public WindowPolicy {
     policy_->NoteNewFrame(window);
     BuildGraph(
         {}, [&](const Window& w, const WindowLandmark& l) { return policy_->Uses(w, l); }, window);
-    const WindowBeforeSlide before{window->frames, window->landmarks, FirstRowsOf(window->graph),
-                                   DropSetOfMarginOld(*window).vertices};
+    const WindowBeforeSlide before{window->frames, window->landmarks, FirstRowsOf(window->graph)};
     const MatXX H = DenseHessian(window->graph);
     const int pose_rows = MakeOrdering(window->graph).dim_poses;
     AppendNonZeros(H, &tables_.matrices, Name(), "window", H.rows(), pose_rows);
@@ -111,9 +100,11 @@ class SlideOnce : public WindowPolicy {
 };
 
 // The policy's own windows, from the start on.
-void AppendFrames(const Recording& recording, const std::string& name, Tables* tables) {
-  int image = 0;
-  Fly(recording, kImages, MakeFlightPolicy(name), [&](const Estimator& now, const ImageResult&) {
+void AppendFrames(const Recording& recording, const std::string& name, Tables* tables, FilmTables* film) {
+  size_t image = 0;
+  auto policy = Filmed(MakeFlightPolicy(name), recording.truth, 1, film);
+  Fly(recording, kFilmed, std::move(policy), [&](const Estimator& now, const ImageResult&) {
+    if (image == kImages) return;
     const Window& window = now.GetWindow();
     for (const Frame& frame : window.frames) {
       tables->frames.Row(name, image, frame.id, frame.is_keyframe, frame.speed_bias != nullptr,
@@ -128,12 +119,16 @@ void AppendFrames(const Recording& recording, const std::string& name, Tables* t
 void RunSlideStudy(const std::filesystem::path& csv) {
   FlightOptions every_keyframe, some_keyframes;
   some_keyframes.camera_rate = 15.0;
-  const Recording wide = Flight(every_keyframe), dense = Flight(some_keyframes);
+  const Recording wide = Flight(every_keyframe);
+  Recording dense = Flight(some_keyframes);
+  dense.images.resize(kFilmed);
   Tables tables;
+  FilmTables film;
+  film.AppendTruth(dense);
   for (const char* name : {"vins", "okvis"}) {
     Fly(wide, kFlightWindow, std::make_unique<SlideOnce>(MakeFlightPolicy(name), &tables),
         [](const Estimator&, const ImageResult&) {});
-    AppendFrames(dense, name, &tables);
+    AppendFrames(dense, name, &tables, &film);
   }
   FileBatch files;
   files.Add(csv / "slide_vertices.csv", tables.vertices.Text());
@@ -141,6 +136,7 @@ void RunSlideStudy(const std::filesystem::path& csv) {
   files.Add(csv / "slide_matrices.csv", tables.matrices.Text());
   files.Add(csv / "slide_priors.csv", tables.priors.Text());
   files.Add(csv / "slide_frames.csv", tables.frames.Text());
+  film.AddTo(csv, &files);
   files.Commit();
 }
 
