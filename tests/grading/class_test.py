@@ -11,12 +11,13 @@ from unittest import mock
 
 from tests.folder import FolderTest
 from ch5_backend.course.base.errors import CourseError
-from ch5_backend.course.base.language import speaker
+from ch5_backend.course.base.language import sentence, speaker
 from ch5_backend.course.__main__ import main
-from ch5_backend.course.grading import classbook, grade, gradebooks, outputs, pages, summary
+from ch5_backend.course.grading import anonymous, classbook, grade, gradebooks, outputs, pages, summary, talk
 from ch5_backend.course.grading.engines import choose
-from ch5_backend.course.grading.likeness import alike, as_solution, fingerprint, functions_in
+from ch5_backend.course.grading.likeness import alike, as_solution, earlier, fingerprint, functions_in
 from ch5_backend.course.grading.toolchain import Toolchain
+from ch5_backend.course.homework.make_skeleton import untouched
 from ch5_backend.course.homework.regions import STAGES, fill, solution_text
 from ch5_backend.course.grading.rubric import read_rubric
 from ch5_backend.course.grading.sandbox import Unguarded
@@ -204,6 +205,44 @@ class Page(InAFolder):
             self.assertEqual(text.count('class="bar"'), 12)
             self.assertIn("sortable", text)
 
+    def test_numbers_hide_names_and_stay(self):
+        book = self.read("id,name,read proof /10", "20210007,阿达,8", "20210008,Bob,", "20210009,Evariste,")
+        records = [record("20210007_阿达", 12, 14, faults=[sentence("submission.file_twice", file="阿达.cc")]), record("20210008_Bob"), record("stranger")]
+        marks, _ = classbook.settle(book, records, POINTS)
+        folder, kept = self.folder / "numbers", []
+        for say in (ENGLISH, CHINESE):
+            anonymous.write(folder, self.folder, records, POINTS, book, marks, say)
+            seen = "".join(path.read_text(encoding="utf-8") for path in folder.rglob("*.html"))
+            for one in ("阿达", "Bob", "Evariste", "stranger", "20210007"):
+                self.assertFalse(one in seen, one)
+            with open(self.folder / "numbers.csv", encoding="utf-8", newline="") as file:
+                kept.append({row["name"]: row["number"] for row in csv.DictReader(file)})
+            self.assertEqual({path.name for path in folder.iterdir() if path.is_dir() and path.name != ".cache"}, set(kept[-1].values()))
+        self.assertEqual(kept[0], kept[1])
+        self.assertIn("34", words_of(folder / "summary.html"), "26 points and 8 that a human has read")
+
+
+class Talk(unittest.TestCase):
+    LINES = talk.lines_of({"problem.cc": fill(solution_text("problem.cc"), lambda region: region.solution).encode()})
+
+    def asked(self, name: str, *rows) -> list:
+        return talk.questions({"name": name, "seed": 7, "stages": rows, "lines": self.LINES}, ENGLISH)
+
+    def test_it_asks_about_the_students_own_lines(self):
+        right = [row(STAGE[stage], "right") for stage in POINTS]
+        asked = self.asked("Ada", *right)
+        self.assertEqual((len(asked), asked), (talk.QUESTIONS, self.asked("Ada", *right)))
+        self.assertNotEqual([one[0] for one in asked], [one[0] for one in self.asked("Bob", *right)])
+        for question, lines, answer in asked:
+            todo = next(todo for todo in self.LINES if f"of {todo}." in question)
+            self.assertEqual(lines, self.LINES[todo])
+            self.assertNotEqual(answer.split(), lines.split())
+        wrong = row(STAGE["1.1"], "wrong", {"todo": "1.1b", "cause": {"id": "assembly.mirror_missing"}})
+        asked = self.asked("Ada", wrong, right[1])
+        self.assertEqual(asked[0][1:], (self.LINES["1.1b"], ENGLISH("assembly.mirror_missing")))
+        self.assertTrue(all("of 1.2" in question for question, _, _ in asked[1:]))
+        self.assertEqual(talk.lines_of({"problem.cc": untouched("problem.cc")[0].encode()}), {})
+
 
 class States(unittest.TestCase):
     def test_a_half_done_stage_is_not_an_untouched_one(self):
@@ -248,6 +287,11 @@ class Command(InAFolder):
         code, _, errors = run(grade=None, ready_toolchain=None, read_rubric=lambda: rubric)  # nothing is named, built or judged
         with open(out / "grades.csv", encoding="utf-8", newline="") as file:
             self.assertEqual({row["name"]: row["score"] for row in csv.DictReader(file)}["hw_7"], "24", errors)
+        hidden, page = self.folder / "hidden", self.folder / "talk.html"
+        words[1:] = ["--out", str(out), "--earlier", str(out), "--anonymous", str(hidden), "--talk", str(page)]
+        code, _, errors = run(grade=None, ready_toolchain=None)
+        self.assertTrue(page.exists() and (hidden / "summary.html").exists(), errors)
+        self.assertIn(f"{out}/hw_7", words_of(out / "summary.html"), "who is like those of an earlier year, here themselves")
 
     def test_stages_that_were_judged_at_another_time_are_kept_and_none_is_taken_for_nothing(self):
         out, file = self.folder / "out", self.folder / "gauge_prior.cc"
@@ -317,6 +361,12 @@ class Likeness(unittest.TestCase):
         self.assertGreater(len(copies), 30)
         lost = [name for name, copy in copies.items() if not alike(self.made({"a": texts[name], "b": copy}))]
         self.assertEqual(lost, [])
+        name, copy = next(iter(copies.items()))
+        now, then = self.made({"b": copy}), self.made({"2025/a": texts[name]})
+        self.assertEqual([[pair[:2] for pair in alike(*years)] for years in ((now, then), ([], now + then))],
+                         [[("b", "2025/a")], []], "two of earlier years are of no matter")
+        with self.assertRaisesRegex(CourseError, "no record.json"):
+            earlier("/usr/include")
 
     @unittest.skipUnless(READY, "no Clang: without ./course grade")
     def test_a_copy_of_the_solution_is_known_by_its_instructions(self):

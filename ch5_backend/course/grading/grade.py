@@ -19,7 +19,7 @@ from ..base.errors import CourseError, warn
 from ..base.language import Speaker, sentence, speaker
 from ..base.output_dir import locked_dir, made_dir
 from ..base.progress import Progress, duration
-from . import classbook, gradebooks, likeness, outputs, pages, rename, summary
+from . import anonymous, classbook, gradebooks, likeness, outputs, pages, rename, summary, talk
 from .engines import choose
 from .handed_in import gradescope, listed, named
 from .job import grade
@@ -37,6 +37,7 @@ def run_grade(arguments) -> int:
     something in has no mark."""
     refuse(arguments)
     out, say = Path(arguments.out or "out/grades"), speaker(arguments.language)
+    earlier = likeness.earlier(arguments.earlier)
     asked = arguments.stages or arguments.submissions or arguments.list
     stages, rubric = select(arguments.stages) if asked else judged_in(out, say), read_rubric()
     points = {stage["id"]: sum(rubric.get(stage["id"], {}).values()) for stage in stages}
@@ -69,13 +70,17 @@ def run_grade(arguments) -> int:
             raise CourseError(f"{out}: nothing was graded there yet; name the submissions")
         marks, lost = classbook.settle(book, records, points) if book else ([], [])
         if not arguments.shard:
-            write_tables(out, records, points, book, marks, lost, say)
+            write_tables(out, records, points, book, marks, lost, say, earlier)
+            if arguments.anonymous:
+                anonymous.write(Path(arguments.anonymous), out, records, points, book, marks, say)
+            if arguments.talk:
+                talk.write(Path(arguments.talk), [record for record in records if record["status"] == "graded"], say)
     looked_at = look_at(records, book, marks, lost, points, say)
     tell(out, records, looked_at, arguments, say)
     return 1 if any(record["status"] != "graded" or "error" in record for record in records) or lost else 0
 
 
-def write_tables(out: Path, records: list, points: dict, book, marks: list, lost: list, say: Speaker) -> None:
+def write_tables(out: Path, records: list, points: dict, book, marks: list, lost: list, say: Speaker, earlier: list = ()) -> None:
     """All that is made of the records: nothing is compiled or judged for it."""
     count_for = {}
     for one in marks:
@@ -87,7 +92,7 @@ def write_tables(out: Path, records: list, points: dict, book, marks: list, lost
     outputs.write_class(out, records, list(points))
     for name, (rows, delimiter, encoding) in (gradebooks.tables(book, marks, points, say) if book else {}).items():
         outputs.write_table(out / name, rows, delimiter, encoding)
-    summary.write(out, records, points, book, marks, look_at(records, book, marks, lost, points, say), say)
+    summary.write(out, records, points, book, marks, look_at(records, book, marks, lost, points, say), say, earlier)
 
 
 def look_at(records: list, book, marks: list, lost: list, points: dict, say: Speaker) -> list:
@@ -196,7 +201,7 @@ class Session:
             order = [stage["id"] for stage in STAGES]
             record["solved"] = {**(known.get("solved", {}) if same else {}), **record.get("solved", {})}
             record["stages"] = sorted([*judged, *record["stages"]], key=lambda row: order.index(row["id"]))
-        record["fingerprint"] = likeness.fingerprint(submission.files)
+        record.update(fingerprint=likeness.fingerprint(submission.files), lines=talk.lines_of(submission.files))
         folder.mkdir(exist_ok=True)
         seen = mark(limit_to(json.loads(json.dumps(record)), self.stages), self.rubric)
         outputs.write_one(folder, seen, self.say)

@@ -14,6 +14,7 @@ from pathlib import Path
 
 from ch5_backend.figures.atomic_write import write_whole
 
+from ..base.errors import CourseError
 from ..homework.make_skeleton import untouched
 from ..homework.regions import FILES, fill, solution_text
 from .outputs import short_hash
@@ -97,27 +98,39 @@ def as_solution(records: list) -> list:
     return found
 
 
-def alike_once(records: list, path: Path) -> list:
+def earlier(folders: str) -> list:
+    """What other calls have written into these folders, by FOLDER/NAME. Raises CourseError where one holds no record."""
+    found = []
+    for folder in filter(None, folders.split(",")):
+        paths = sorted(Path(folder.strip()).glob("*/record.json"))
+        if not paths:
+            raise CourseError(f"--earlier {folder.strip()}: no record.json in its folders; name what --out was")
+        records = [json.loads(path.read_text(encoding="utf-8")) for path in paths]
+        found += [{**record, "name": f"{folder.strip()}/{record['name']}"} for record in records]
+    return found
+
+
+def alike_once(records: list, earlier: list, path: Path) -> list:
     """alike(), kept at `path` as long as the records are the same: it takes seconds for a class of 800."""
-    key = short_hash(json.dumps([[record["name"], record["fingerprint"]] for record in records], sort_keys=True))
+    key = short_hash(json.dumps([[record["name"], record["fingerprint"]] for record in [*records, *earlier]], sort_keys=True))
     try:
         kept = json.loads(path.read_text(encoding="utf-8"))
         if kept["key"] == key:
             return kept["found"]
     except (OSError, ValueError, KeyError, TypeError):
         pass
-    found = alike(records)
+    found = alike(records, earlier)
     path.parent.mkdir(exist_ok=True)
     write_whole(path, json.dumps({"key": key, "found": found}))
     return found
 
 
-def alike(records: list) -> list:
-    """[(name, name, file, share)] of files that have most of their own grams in common, but for those of a third of the
+def alike(records: list, earlier: list = ()) -> list:
+    """[(name, name, file, share)], not of two earlier ones, of files that have most of their own grams in common, but for those of a third of the
     class: so many have them because they are what one writes."""
-    found = []
+    found, old = [], {record["name"] for record in earlier}
     for file in FILES:
-        own = {record["name"]: set(record["fingerprint"].get(file, ())) for record in records}
+        own = {record["name"]: set(record["fingerprint"].get(file, ())) for record in [*records, *earlier]}
         count = {}
         for hashes in own.values():
             for one in hashes:
@@ -131,6 +144,6 @@ def alike(records: list) -> list:
         for k, (a, of_a, size_a) in enumerate(sets):
             for b, of_b, size_b in sets[k + 1:]:
                 share = (of_a & of_b).bit_count() / min(size_a, size_b)
-                if share >= SHARE:
+                if share >= SHARE and not {a, b} <= old:
                     found.append((a, b, file, share))
     return found

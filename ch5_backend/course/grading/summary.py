@@ -27,7 +27,7 @@ STYLE = Markup("<style>.bar { display: inline-block; height: .9em; background: v
 SORT = Markup("<script>") + Markup((Path(__file__).parent / "sort.js").read_text(encoding="utf-8")) + Markup("</script>")
 
 
-def write(out: Path, records: list, points: dict, book, marks: list, looked_at: list, say: Speaker) -> None:
+def write(out: Path, records: list, points: dict, book, marks: list, looked_at: list, say: Speaker, earlier: list = ()) -> None:
     """summary.html, and unnamed.csv; `book` and `marks` are of a class, None and [] where none was named. `looked_at` comes first: who has no mark,
     and why."""
     graded = [record for record in records if record["status"] == "graded"]
@@ -59,7 +59,7 @@ def write(out: Path, records: list, points: dict, book, marks: list, looked_at: 
             *counts("grade.misconceptions", Counter(what for row in rows if (what := misconception(row, say))), say),
             *unnamed.table(groups, say)]
     if graded:
-        body += [near_misses(graded, say), likeness(out, graded, say), *([] if book else submissions(graded, say))]
+        body += [near_misses(graded, say), likeness(out, graded, earlier, say), *([] if book else submissions(graded, say))]
     page.write(out / "summary.html", say("grade.grades"), [*body, SORT], say.language)
 
 
@@ -163,14 +163,15 @@ def near_misses(graded: list, say: Speaker) -> Markup:
     return element("h2", say("grade.near_misses")) + (page.table(head, table, "words") if table else none)
 
 
-def likeness(out: Path, graded: list, say: Speaker) -> Markup:
-    """Equal submissions, and files that are alike. A hint for a human, no proof."""
+def likeness(out: Path, graded: list, earlier: list, say: Speaker) -> Markup:
+    """Equal submissions, and files that are alike, also those of earlier years. A hint for a human, no proof."""
     same = {}
-    for record in graded:
+    for record in [*graded, *earlier]:
         if any(not untouched(row) for row in record["stages"]):  # nothing is equal to nothing, nor a skeleton to a skeleton
             same.setdefault(json.dumps(record["content"]), []).append(record["name"])
-    table = [[say("grade.list").join(names), say("grade.all_files"), say("grade.equal")] for names in same.values() if len(names) > 1]
-    table += [[say("grade.list").join((a, b)), file, say("grade.own_lines", n=f"{100 * part:.0f}")] for a, b, file, part in alike_once(graded, out / ".cache" / "alike.json")]
+    table = [[say("grade.list").join(names), say("grade.all_files"), say("grade.equal")] for names in same.values()
+             if len(names) > 1 and not {record["name"] for record in earlier}.issuperset(names)]
+    table += [[say("grade.list").join((a, b)), file, say("grade.own_lines", n=f"{100 * part:.0f}")] for a, b, file, part in alike_once(graded, earlier, out / ".cache" / "alike.json")]
     table += [[name, file, say("grade.not_compared") if some is None else say("grade.as_solution", n=some, m=of_all)]
               for name, file, some, of_all in as_solution(graded)]
     head = list(map(say, ["grade.submissions", "grade.file", "grade.share"]))
