@@ -26,9 +26,9 @@ from tests.project import ROOT
 MINIMIZER = ROOT / "ch5_backend" / "solve" / "minimizer.cc"
 NUMBER = re.compile(r"[+−-]?\d+(?:\.\d+)?(?: × 10)?[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]*")
 SPOKEN = re.compile(r'(?:aria-label|alt|data-labels|data-empty|data-vertices|data-scrolls)="([^"]*)"')
-SELDOM = {"lab.html", "recording.no_truth", "api/index.html", "odometry_path.alone", "odometry_path.silent", "odometry_path.at_rest", "odometry_spectrum.all",
+SELDOM = {"lab.html", "recording.no_truth", "api/index.html", "odometry_path.alone", "odometry_path.silent", "odometry_path.at_rest", "odometry_spectrum.all", "odometry_timeline.restarts",
           "segment", "segment.words", "seconds", "gauge.quick", "gauge_methods.as", "gauge_methods.but", "gauge.extra", "gauge_matrices.alone",
-          "gauge.machine_hall", "gauge.median_rmse", "gauge_recordings", "gauge_recordings.alt", *(key for key in SENTENCES["en"] if key.startswith(("warning", "recordings.")))}
+          "gauge.machine_hall", "gauge.median_rmse", "gauge_recordings", "gauge_recordings.alt", *(key for key in SENTENCES["en"] if key.startswith(("warning", "failure.", "recordings.")))}
 HALF_WIDTH = re.compile(r"[\u4e00-\u9fff][,:;?!()]|[,;?!()][\u4e00-\u9fff]")
 
 
