@@ -53,7 +53,7 @@ install(FILES ${pc} DESTINATION ${pkgconfig})
 file(GLOB_RECURSE headers CONFIGURE_DEPENDS RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} *.h)
 list(FILTER headers EXCLUDE REGEX "^(experiments|lab|track|open_tasks|dense/blocks|sparse/kernels|sparse/steps|linear/cholmod)/")
 foreach(internal IN ITEMS homework_missing math/dense_kernels math/dispatch math/precompiled math/vector_kernels
-        linear/conjugate_gradients linear/elimination_plan linear/pivot_rule linear/selected_inverse linear/sparse_cholesky
+        linear/conjugate_gradients linear/pivot_rule linear/selected_inverse linear/sparse_cholesky
         sparse/hold_poses sparse/save_hessian sparse/sparse_solver types/edge_curve_fitting)
   if(NOT "${internal}.h" IN_LIST headers)
     message(FATAL_ERROR "install.cmake names ${internal}.h, but there is no such header")

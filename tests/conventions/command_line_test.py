@@ -110,7 +110,7 @@ class CommandLine(FolderTest):
         for (program, data), option, values in (
                 (solver, "--iterations", ["-1", "1000001", "9" * 5000, "1e3", "+5"]), (solver, "--threads", ["", "0", "257", "٣"]),
                 (solver, "--huber", ["0", "1e7", "nan", "1_0"]), (solver, "--solver", ["magic"]),
-                (graph, "--init", ["magic"]), (graph, "--loss", ["magic"]), (graph, "--scale", ["0", "1e7"]),
+                (graph, "--init", ["magic"]), (graph, "--loss", ["magic"]), (graph, "--scale", ["0", "1e7"]), (graph, "--incremental", ["0", "1e3"]),
                 (recording, "--policy", ["both"]), (recording, "--first-estimates", ["all"]), (recording, "--window", ["3", "1001"]),
                 (recording, "--max-features", ["7", "100001"]), (recording, "--pixel-sigma", ["0.001", "101", "nan"]), (recording, "--seconds", ["5", "5:5", "-1:", "a:"])):
             options.remove(option)

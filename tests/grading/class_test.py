@@ -226,7 +226,7 @@ class Talk(unittest.TestCase):
     LINES = talk.lines_of({"problem.cc": fill(solution_text("problem.cc"), lambda region: region.solution).encode()})
 
     def asked(self, name: str, *rows) -> list:
-        return talk.questions({"name": name, "seed": 7, "stages": rows, "lines": self.LINES}, ENGLISH)
+        return talk.questions({"name": name, "seed": 7, "stages": rows}, self.LINES, ENGLISH)
 
     def test_it_asks_about_the_students_own_lines(self):
         right = [row(STAGE[stage], "right") for stage in POINTS]
@@ -288,8 +288,8 @@ class Command(InAFolder):
         with open(out / "grades.csv", encoding="utf-8", newline="") as file:
             self.assertEqual({row["name"]: row["score"] for row in csv.DictReader(file)}["hw_7"], "24", errors)
         hidden, page = self.folder / "hidden", self.folder / "talk.html"
-        words[1:] = ["--out", str(out), "--earlier", str(out), "--anonymous", str(hidden), "--talk", str(page)]
-        code, _, errors = run(grade=None, ready_toolchain=None)
+        words[1:] = [str(self.folder / "hw_7"), "--out", str(out), "--stages", "1.1,1.2", "--earlier", str(out), "--anonymous", str(hidden), "--talk", str(page)]
+        code, _, errors = run(grade=None)
         self.assertTrue(page.exists() and (hidden / "summary.html").exists(), errors)
         self.assertIn(f"{out}/hw_7", words_of(out / "summary.html"), "who is like those of an earlier year, here themselves")
 

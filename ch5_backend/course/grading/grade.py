@@ -74,7 +74,8 @@ def run_grade(arguments) -> int:
             if arguments.anonymous:
                 anonymous.write(Path(arguments.anonymous), out, records, points, book, marks, say)
             if arguments.talk:
-                talk.write(Path(arguments.talk), [record for record in records if record["status"] == "graded"], say)
+                graded = {record["name"]: record for record in records if record["status"] == "graded"}
+                talk.write(Path(arguments.talk), [(graded[name], collect(*paths).files) for name, paths in submissions.items() if name in graded], say)
     looked_at = look_at(records, book, marks, lost, points, say)
     tell(out, records, looked_at, arguments, say)
     return 1 if any(record["status"] != "graded" or "error" in record for record in records) or lost else 0
@@ -201,7 +202,7 @@ class Session:
             order = [stage["id"] for stage in STAGES]
             record["solved"] = {**(known.get("solved", {}) if same else {}), **record.get("solved", {})}
             record["stages"] = sorted([*judged, *record["stages"]], key=lambda row: order.index(row["id"]))
-        record.update(fingerprint=likeness.fingerprint(submission.files), lines=talk.lines_of(submission.files))
+        record["fingerprint"] = likeness.fingerprint(submission.files)
         folder.mkdir(exist_ok=True)
         seen = mark(limit_to(json.loads(json.dumps(record)), self.stages), self.rubric)
         outputs.write_one(folder, seen, self.say)

@@ -34,7 +34,7 @@ COMPRESSIONS = {b"\x1f\x8b": gzip.open, b"BZh": bz2.open, b"\xfd7zXZ": lzma.open
 def refuse(arguments) -> None:
     """Raises CourseError where no submission is named and none was graded, or one is not there."""
     if not (arguments.submissions or arguments.list or arguments.prepare or arguments.class_file or arguments.rename
-            or arguments.anonymous or arguments.talk or arguments.earlier):
+            or arguments.anonymous or arguments.earlier):
         raise CourseError("which submissions? Name files, folders, zips or tars; see ./course grade --help")
     for path in arguments.submissions:
         if not os.path.lexists(path):  # a link that leads nowhere is a submission, too

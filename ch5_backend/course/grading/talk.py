@@ -40,9 +40,9 @@ def mistakes() -> dict:
     return found
 
 
-def questions(record: dict, say: Speaker) -> list:
+def questions(record: dict, lines: dict, say: Speaker) -> list:
     """[(question, the student's lines, an answer)]: the first wrong stage, then blanks of right ones, drawn by seed and name."""
-    draw, lines = random.Random(f"{record['seed']} {record['name']}"), record.get("lines", {})
+    draw = random.Random(f"{record['seed']} {record['name']}")
     wrong = next((row for row in record["stages"] if row["state"] == "wrong" and row["diagnosis"].get("todo", "").split()), None)
     found = []
     if wrong:
@@ -56,10 +56,11 @@ def questions(record: dict, say: Speaker) -> list:
     return found
 
 
-def write(path: Path, records: list, say: Speaker) -> None:
+def write(path: Path, submissions: list, say: Speaker) -> None:
+    """`submissions` are [(record, files)]: a record holds no line of a student's."""
     body = [element("h1", say("grade.talk")), paragraph(say("grade.talk_why"))]
-    for record in records:
-        if asked := questions(record, say):
+    for record, files in submissions:
+        if asked := questions(record, lines_of(files), say):
             body.append(element("h2", record["name"]))
             for question, lines, answer in asked:
                 body += [paragraph(question), element("pre", lines), unfolds(say("grade.talk_answer"), "pre", answer)]
