@@ -22,7 +22,7 @@ WORD = re.compile(r"[A-Za-z]{2,}")
 # In all languages:
 SAME = re.compile(r"\$[^$]*\$|log|RMSE|NEES|VINS|OKVIS|(?<=\d )(?:mm|cm|ms|m|px)\b|\[[a-z]+²?\]|diag|Levenberg|Marquardt|rad"
                   r"|Cholesky|CHOLMOD|PCG|QR|Dogleg|-Mono|IMU|ATE|EuRoC V1_01|EuRoC|Tango|Hz|MB|intel|MIT|parking-garage|sphere2500"
-                  r"|Huber|Cauchy|Tukey|Nielsen|Rosenbrock|Ceres|GFLOP/s|LM|dogleg|max|map|Sx|Wr|Hn|HP|H_[a-z]+")
+                  r"|BAL|Intel|Huber|Cauchy|Tukey|Nielsen|Rosenbrock|Ceres|GFLOP/s|LM|dogleg|max|map|Sx|Wr|Hn|HP|H_[a-z]+")
 
 
 def has_english(words):
