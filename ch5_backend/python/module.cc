@@ -463,7 +463,8 @@ void DefineEdges(py::module_& module) {
       .def(
           "set_loss", [](ch5::Edge& e, const std::string& name, double d) { e.SetLossFunction(MakeLoss(name, d)); },
           py::arg("name"), py::arg("threshold"),
-          "A robust loss: huber, cauchy, tukey, pseudo-huber, geman-mcclure, ...")
+          "A robust loss: huber, cauchy, tukey, pseudo-huber, geman-mcclure, ... The threshold is in sigmas; that of "
+          "geman-mcclure and dcs in their squares.")
       .def_property_readonly(
           "chi2", [](ch5::Edge& e) { return e.ComputeResidual(), e.Chi2(); }, "r^T W r at the present states.")
       .def(

@@ -11,7 +11,7 @@
 namespace ch5 {
 namespace {
 
-// A smaller change of the cost, relative to it, is lost in its last digit: what follows would be chance.
+// A smaller change of the cost, relative to it, is lost in its last digit: any smaller one is rounding noise.
 constexpr double kRounding = std::numeric_limits<double>::epsilon();
 constexpr double kVisible = 1e-10;  // of the cost: what a change of it must exceed to be more than rounding
 
@@ -116,8 +116,8 @@ class Run {
           return Accept(new_cost, predicted, yardstick);
         }
         system_->RollbackStates();
-        // No step large enough to change x helps, or the predicted decrease is below the rounding of the cost. Want of
-        // progress alone is no minimum.
+        // No step large enough to change x helps, or the predicted decrease is below the rounding of the cost. Lack of
+        // progress alone does not prove a minimum.
         if (info_.step_norm <= yardstick) return StopAtASmallStep(new_cost, predicted, size);
         if (new_cost == cost_) return StopAtTheSameCost(predicted);  // ρ = 0, where g2o ends too
         if (std::abs(predicted) <= 1e-13 * cost_) {

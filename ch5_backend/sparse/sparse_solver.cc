@@ -8,7 +8,7 @@
 namespace ch5 {
 namespace {
 
-constexpr int kEdges = 256, kVertices = 512;  // a task's
+constexpr int kEdges = 256, kVertices = 512;  // per task
 constexpr int kPrefetchDistance = 8;          // edges or vertices that are prefetched ahead
 
 // Then all blocks are where they were: an edge never changes its vertices.
