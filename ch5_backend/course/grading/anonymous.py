@@ -12,7 +12,7 @@ from . import outputs, pages, summary
 def write(folder: Path, out: Path, records: list, points: dict, book, marks: list, say: Speaker) -> None:
     """The pages of `out` once more, into `folder`. What could not be read is left to who sees names: file names hold them."""
     numbers = numbers_of(out, [record["name"] for record in records])
-    hidden = {name: {**record, "name": numbers[name], "faults": [], "unread": []} for record in records for name in [record["name"]]}
+    hidden = {record["name"]: {**record, "name": numbers[record["name"]], "faults": [], "unread": []} for record in records}
     theirs = [replace(mark, student=replace(mark.student, id="", name=numbers[mark.record["name"]] if mark.record else "–"),
                       records={stage: hidden[record["name"]] for stage, record in mark.records.items()})
               for mark in marks]
@@ -35,7 +35,8 @@ def numbers_of(out: Path, names: list) -> dict:
     cells = {name: outputs.harmless(name) for name in names}
     new = [cell for cell in cells.values() if cell not in known]
     first = 10 ** max(3, len(str(10 * (len(known) + len(new)))))
-    free = sorted({str(number) for number in range(first, 10 * first)} - set(known.values()))
-    known.update(zip(new, random.SystemRandom().sample(free, len(new))))
+    drawn = map(str, random.SystemRandom().sample(range(first, 10 * first), len(known) + len(new)))  # so that enough are new
+    used = set(known.values())
+    known.update(zip(new, [number for number in drawn if number not in used]))
     outputs.write_table(path, [("name", "number"), *known.items()])
     return {name: known[cell] for name, cell in cells.items()}

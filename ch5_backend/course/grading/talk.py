@@ -11,7 +11,6 @@ from ..base.language import Speaker
 from ..homework.diagnosis import in_short
 from ..homework.regions import FILES
 from ..homework.samples import read_mistakes
-from . import outputs
 from .follow_through import blanks_of
 from .pages import element, paragraph, unfolds
 
