@@ -9,7 +9,7 @@ from pathlib import Path
 from tests.project import BUILD
 from tests.homework.samples import all_samples, blank_samples
 from ch5_backend.course.grading import job
-from ch5_backend.course.grading.follow_through import blanks_of, follow_through, mended
+from ch5_backend.course.grading.follow_through import follow_through
 from ch5_backend.course.grading.rubric import mark, read_rubric, share
 from ch5_backend.course.grading.sandbox import Unguarded
 from ch5_backend.course.grading.toolchain import Built, Clock
@@ -18,6 +18,7 @@ from ch5_backend.course.homework.blanks import explain
 from ch5_backend.course.homework.diagnosis import Verdict
 from ch5_backend.course.homework.blanks import DEEP
 from ch5_backend.course.homework.make_skeleton import skeleton
+from ch5_backend.course.homework.mended import blanks_of, mended
 from ch5_backend.course.homework.regions import FILES, STAGES, regions, solution_text, stage_of
 from ch5_backend.course.homework.samples import Sample, source
 

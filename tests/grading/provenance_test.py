@@ -2,7 +2,7 @@
 
 import unittest
 
-from ch5_backend.course.grading.follow_through import blanks_of, mended
+from ch5_backend.course.homework.mended import blanks_of, mended
 from ch5_backend.course.grading.provenance import closed_to, foreign_code, foreign_file, usual_code
 from ch5_backend.course.homework.regions import FILES, fill, solution_text
 

@@ -10,7 +10,7 @@ from ch5_backend.course.grading.rubric import read_rubric
 from ch5_backend.course.homework import check
 from ch5_backend.course.homework.diagnosis import Verdict, because
 from ch5_backend.course.homework.make_skeleton import skeleton
-from ch5_backend.course.homework.regions import STAGES, todos_of
+from ch5_backend.course.homework.regions import FILES, STAGES, fill, regions, solution_text, todos_of
 from ch5_backend.course.homework.ticks import exercised, ticks
 from tests.folder import FolderTest
 
@@ -65,8 +65,56 @@ class Ticks(unittest.TestCase):
         self.assertEqual((len(self.marks([], self.FULL)), len(self.marks([], deep))), (10, 11))
 
 
-if __name__ == "__main__":
-    unittest.main()
+class Alone(FolderTest):
+    """What waits for an empty blank is judged with the solution's lines in it. Here a text is right if it has no WRONG and no throw."""
+
+    def marks(self, written: dict, stage: str = "1.1", todo: str = "") -> tuple:
+        """The marks of a file in which these blanks hold code, and how many texts were compiled for them."""
+        compiled, file = [], STAGE[stage]["file"]
+
+        def compile_it(targets):
+            self.assertEqual(targets, ["filled_check_" + file.removesuffix(".cc")])
+            compiled.append((self.folder / "filled" / file).read_text(encoding="utf-8"))
+            return mock.Mock(returncode=0)
+
+        def tests(*_, **__):
+            wrong = "WRONG" in compiled[-1] or any(f'HomeworkMissing("{blank} ' in compiled[-1] for blank in STAGE[stage]["todos"])
+            checks = [check for of, check in exercised() if of == stage]
+            return tuple(failing(name, todo) for name in checks) if wrong else tuple(passing(*checks))
+
+        def judge(*_, **__):
+            return Verdict("wrong", {"todo": todo} if todo else {}, tests=tests()) if tests()[0].get("failures") else Verdict("right", tests=tests())
+        content = fill(solution_text(file), lambda region: written.get(region.todo) or (
+            region.solution if region.kind == "DEEP" else region.blank())).encode()
+        empty = [blank for blank in STAGE[stage]["todos"] if blank not in written]
+        before = ticks(STAGE[stage], [failing(check, blank=empty[0]) for of, check in exercised() if of == stage] if empty else tests_of_wrong(stage), content)
+        with mock.patch.multiple(check, BUILD=self.folder, build=compile_it, judge=judge, every_test=tests):
+            return "".join({**before, **check.marks_alone(STAGE[stage], content, before, [])}.values()), len(compiled)
+
+    def solved(self, *todos) -> dict:
+        return {region.todo: region.solution for name in FILES for region in regions(solution_text(name)) if region.todo in todos}
+
+    def test_beside_an_empty_blank(self):
+        self.assertEqual(self.marks(self.solved("1.1a")), ("✓·", 1))
+        self.assertEqual(self.marks(self.solved("1.1b")), ("·✓", 1))
+        self.assertEqual(self.marks(self.solved("2a", "2c"), "2"), ("✓·✓·", 1))
+
+    def test_what_is_wrong_is_blamed_by_name_or_one_by_one(self):
+        wrong = {"2c": "  Arm = H_marg;  // WRONG\n"}
+        self.assertEqual(self.marks({**self.solved("2a"), **wrong}, "2", "2c"), ("✓·✗·", 2))
+        self.assertEqual(self.marks({**self.solved("2a"), **wrong}, "2"), ("✓·✗·", 3))
+
+    def test_of_a_full_file_too(self):
+        wrong = {"2c": "  Arm = H_marg;  // WRONG\n"}
+        self.assertEqual(self.marks({**self.solved("2a", "2b", "2d"), **wrong}, "2"), ("✓✓✗✓", 4))
+
+    def test_not_without_the_solutions(self):
+        with mock.patch.object(check, "ROOT", self.folder):
+            self.assertEqual(self.marks(self.solved("1.1a")), ("?·", 0))
+
+
+def tests_of_wrong(stage: str) -> list:
+    return [failing(check) for of, check in exercised() if of == stage]
 
 
 class Watch(FolderTest):
@@ -100,3 +148,7 @@ class Watch(FolderTest):
         code, judged, printed = self.watch(on_terminal=False)
         self.assertEqual((code, judged), (1, [["1.1", "3"]]))
         self.assertNotIn("Waiting", printed)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -9,9 +9,9 @@ from ch5_backend.figures import page
 
 from ..base.language import Speaker
 from ..homework.diagnosis import in_short
+from ..homework.mended import blanks_of
 from ..homework.regions import FILES
 from ..homework.samples import read_mistakes
-from .follow_through import blanks_of
 from .pages import element, paragraph, unfolds
 
 QUESTIONS = 3  # to each student

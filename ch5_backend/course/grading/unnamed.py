@@ -13,8 +13,8 @@ from ..base.language import Speaker
 from ..homework import answers
 from ..homework.blanks import own_todo
 from ..homework.diagnosis import SYMPTOMS, cause_of, said_in
+from ..homework.mended import blanks_of
 from . import outputs
-from .follow_through import blanks_of
 
 LONGEST, WIDEST = 25, 160  # lines of an excerpt, and letters of a line
 COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)

@@ -17,6 +17,7 @@ from ..base.errors import CourseError
 from .diagnosis import SHOWN_LINES, Verdict, cause_of, in_full, in_short
 from .judge import every_test, in_bytes, judge, not_started
 from .make_skeleton import holds_work
+from .mended import blanks_of, mended
 from .names import namesake, plain
 from .predict import compared, predict
 from .regions import NAME_CAUSE_AT_FAILURE, STAGES, covers, todos_of
@@ -29,6 +30,7 @@ MARKS = {"right": "✓", "not-started": "·"}
 TICK_NAMES = {RIGHT: "right", WRONG: "wrong", EMPTY: "empty", WAITS: "not judged"}  # as scripts read them
 TICK_COLORS = {RIGHT: "right", WRONG: "wrong", EMPTY: "not-started"}
 STATE_WIDTH = 16  # columns
+MOST_ALONE = 4  # TODOs of a stage that are compiled and judged one by one
 LOOK_AGAIN = 0.3  # seconds, for a file that has been saved
 LONGEST_PRINTED = 400  # of a line that the student's code has printed, in a pipe
 
@@ -135,8 +137,45 @@ def judge_stage(stage: dict, options) -> Verdict:
     verdict = judge(executable, stage, options=options)
     tests = every_test(executable, stage, options) if verdict.tests and verdict.state != "right" else verdict.tests
     verdict = blanks.explain(verdict, stage, content)
-    blamed = verdict.diagnosis.get("todo", "") if verdict.state != "not-started" else ""
-    return verdict._replace(todos=ticks(stage, tests, content or b"", blamed))
+    marks = marks_of(stage, verdict, tests, content or b"")
+    return verdict._replace(todos={**marks, **marks_alone(stage, content or b"", marks, options)})
+
+
+def marks_of(stage: dict, verdict: Verdict, tests: tuple, content: bytes) -> dict:
+    return ticks(stage, tests, content, verdict.diagnosis.get("todo", "") if verdict.state != "not-started" else "")
+
+
+def marks_alone(stage: dict, content: bytes, marks: dict, options) -> dict:
+    """The marks of the TODOs that wait: first with the solution's lines in what is empty, then, of a few, each with these lines in
+    all others. {} without the solutions, as in the students' archive, and where the blanks cannot be told apart."""
+    file, text = stage["file"], content.decode("utf-8", "surrogateescape")
+    waiting = [todo for todo, mark in marks.items() if mark == WAITS]
+    spans = blanks_of(file, text) if waiting and (ROOT / "solutions" / file).exists() else {}
+    if not {*marks} <= spans.keys():
+        return {}
+
+    def judged_with(solved: list) -> tuple:
+        """The verdict and the tests of this text with the solution's lines in these blanks; None if it does not compile."""
+        filled = mended(file, text, solved).encode("utf-8", "surrogateescape")
+        (BUILD / "filled").mkdir(exist_ok=True)
+        if blanks.content_of(BUILD / "filled" / file) != filled:
+            (BUILD / "filled" / file).write_bytes(filled)
+        if build([f"filled_check_{Path(file).stem}"]).returncode:
+            return None
+        executable = BIN / f"filled_check_{Path(file).stem}"
+        verdict = judge(executable, stage, options=options)
+        return verdict, every_test(executable, stage, options) if verdict.tests and verdict.state != "right" else verdict.tests, filled
+
+    found, empty = {}, [todo for todo in spans if blanks.is_empty(todo, content)]  # of all stages, so that they share a program
+    if {*empty} & {*marks} and (judged := judged_with(empty)):
+        verdict, tests, filled = judged
+        found = {todo: mark for todo, mark in marks_of(stage, blanks.explain(verdict, stage, filled), tests, filled).items()
+                 if todo in waiting}
+    still = [todo for todo in waiting if found.get(todo, WAITS) == WAITS]
+    for todo in still if len(still) <= MOST_ALONE else ():
+        if judged := judged_with([other for other in spans if other != todo]):
+            found[todo] = RIGHT if judged[0].state == "right" else WRONG
+    return found
 
 
 def report(stages: list, verdicts: list, as_json: bool, tell_one, say: Speaker) -> None:
