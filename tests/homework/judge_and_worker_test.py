@@ -98,6 +98,25 @@ class TheWall(unittest.TestCase):
             self.assertEqual(stems - others - scenes - {name}, set(), name)
 
 
+class UsualExpressions(unittest.TestCase):
+    """ch5_homework/judge/remote/usual_expressions.h"""
+
+    def test_a_submission_compiles_none_of_them_again(self):
+        compiler = json.loads((BUILD / "grader" / "toolchain.json").read_text(encoding="utf-8"))["compile"][0]
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder) / "step.cc"
+            file.write_text("""namespace ch5 {
+void Step(const Edge& edge, const MatXX& B, MatXX* A, VecX* x) {
+  *A = B.block(0, 0, 2, 2) - *A * B;
+  *x -= edge.Jacobian(0).transpose() * *x;
+}
+}""", encoding="utf-8")
+            made = run(*compiler, "-S", "-emit-llvm", file, "-o", "-", check=True).stdout
+        defined = re.findall(r"^define (?!internal )[^@\n]*@(\w+)", made, re.MULTILINE)
+        self.assertEqual([name for name in defined if not name.startswith("_ZN3ch54Step")], [])
+        self.assertEqual(len(defined), 1)
+
+
 class Archives(unittest.TestCase):
     def test_no_answer_can_be_called(self):
         for name in names():

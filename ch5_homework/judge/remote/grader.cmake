@@ -1,8 +1,9 @@
 # What ./course grade compiles submissions with, in its sandbox: build/…/grader has headers, a precompiled header with its
 # object, and toolchain.json with the commands; lib has the workers' archives. Nothing of it holds an answer.
 
-# Clang keeps instantiated templates in a precompiled header, which GCC does not: six times quicker. What Clang refuses is
-# given to the compiler of the project, the one that the student has used.
+# Clang keeps instantiated templates in a precompiled header, which GCC does not, and what they compile to in the header's
+# object: so those of usual_expressions.h cost a submission nothing. What Clang refuses is given to the compiler of the
+# project, the one that the student has used.
 find_program(CH5_CLANG NAMES clang++ clang++-19 clang++-18 clang++-17 clang++-16 clang++-15 clang++-14)
 if(NOT CH5_CLANG)
   message(STATUS "No Clang: without ./course grade")
@@ -13,7 +14,7 @@ set(grader ${PROJECT_BINARY_DIR}/grader)
 file(GLOB_RECURSE headers CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/ch5_backend/*.h)
 list(FILTER headers EXCLUDE REGEX "^ch5_backend/(experiments|lab)/")
 foreach(header IN LISTS headers ITEMS ch5_homework/judge/told_sizes.h ch5_homework/judge/compiled_products.h
-        ch5_homework/judge/remote/precompiled.h)
+        ch5_homework/judge/remote/precompiled.h ch5_homework/judge/remote/usual_expressions.h)
   add_custom_command(OUTPUT ${grader}/include/${header} DEPENDS ${PROJECT_SOURCE_DIR}/${header} VERBATIM
     COMMAND ${CMAKE_COMMAND} -E copy ${PROJECT_SOURCE_DIR}/${header} ${grader}/include/${header})
   list(APPEND copies ${grader}/include/${header})
@@ -29,7 +30,7 @@ set(flags -std=c++17 -O0 -g1 -w -D_GLIBCXX_ASSERTIONS ${alignment} -I${grader}/i
 set(filled -ftrivial-auto-var-init=pattern)  # unset_memory.h
 set(precompiled ${grader}/precompiled.pch)
 add_custom_command(OUTPUT ${precompiled} DEPENDS ${copies} VERBATIM
-  COMMAND ${CH5_CLANG} ${flags} ${filled} -x c++-header ${grader}/include/ch5_homework/judge/remote/precompiled.h
+  COMMAND ${CH5_CLANG} ${flags} ${filled} -x c++-header ${grader}/include/ch5_homework/judge/remote/usual_expressions.h
           -o ${precompiled} -fpch-instantiate-templates -Xclang -fmodules-codegen)
 add_custom_command(OUTPUT ${grader}/precompiled.o DEPENDS ${precompiled} VERBATIM
   COMMAND ${CH5_CLANG} -O0 -c ${precompiled} -o ${grader}/precompiled.o)
