@@ -109,11 +109,20 @@ def all_processes() -> dict:
             found = {}
             for pid in filter(str.isdigit, os.listdir("/proc")):
                 with suppress(OSError):  # it has just ended
-                    fields = Path(f"/proc/{pid}/stat").read_bytes().rpartition(b")")[2].split()
+                    fields = read_at_once(f"/proc/{pid}/stat").rpartition(b")")[2].split()
                     user, system, users, systems = map(int, fields[11:15])
                     found[int(pid)] = Process(int(fields[1]), fields[0].decode(), user + system, users + systems)
             _last_look = (time.monotonic(), found)
         return _last_look[1]
+
+
+def read_at_once(path: str) -> bytes:
+    """What a small file of the system has, in half of the time that a file object needs; there are hundreds in each look."""
+    file = os.open(path, os.O_RDONLY)
+    try:
+        return os.read(file, 4096)
+    finally:
+        os.close(file)
 
 
 def processes_of(mark: bytes) -> dict:
