@@ -45,6 +45,8 @@ class Run {
       Report(0);  // the start is all there is to tell
     } else if (!std::isfinite(cost_)) {
       StopNotFinite("the cost of the initial states is not finite");
+    } else if (cost_ < 0.0) {
+      Stop(Termination::kNotFinite, "the cost is negative, ", cost_, "; a loss function must not be");
     } else {
       Iterate();
     }
@@ -71,10 +73,15 @@ class Run {
         return StopNotFinite("the gradient is not finite: a Jacobian holds NaN or infinity");
       }
       if (info_.gradient_max == 0.0 && system_->HessianDiagonal().isZero(0.0)) {
-        return Stop(Termination::kNothingToOptimize, "H is zero; is all information zero, or every edge an outlier?");
+        return Stop(
+            Termination::kNothingToOptimize,
+            "H is zero; is all information zero, every edge an outlier, or no residual changed by its vertices?");
       }
       if (info_.gradient_max <= options_.gradient_tolerance * first_gradient_max_ && IsLowInEachDirection()) {
         return Stop(Termination::kGradientConverged, "max|b| = ", info_.gradient_max, " from ", first_gradient_max_);
+      }
+      if (iteration > 0 && info_.step_norm <= yardstick_ && IsLowInEachDirection()) {
+        return Stop(Termination::kStepConverged, "|dx| = ", info_.step_norm);
       }
       if (options_.max_iterations <= 0) return Stop(Termination::kMaxIterations, "none was allowed");
       strategy_->Begin(system_);
@@ -84,20 +91,27 @@ class Run {
     }
   }
 
-  // One heavy edge may make the first gradient so large that beside it all the others count as zero. ½ b_i²/H_ii is what
-  // the model promises for a step of x_i alone.
+  // One heavy edge may make the first gradient so large that beside it all the others count as zero.
   bool IsLowInEachDirection() const {
     constexpr double kOfCost = 1e-6;
+    return GreatestPromise() <= std::max(kOfCost * cost_, kRounding * summary_.initial_cost);
+  }
+
+  // max ½ b_i²/H_ii: what the model promises for a step of x_i alone, whatever the damping.
+  double GreatestPromise() const {
     const VecX &b = system_->RightHandSide(), H_ii = system_->HessianDiagonal();
-    const double least = std::max(kOfCost * cost_, kRounding * summary_.initial_cost);
-    return (0.5 * b.array().square() <= least * H_ii.array()).all();
+    double greatest = 0.0;
+    for (Eigen::Index i = 0; i < b.size(); ++i) {
+      if (b[i] != 0.0) greatest = std::max(greatest, 0.5 * b[i] * b[i] / H_ii[i]);
+    }
+    return greatest;
   }
 
   // Tries steps until one lowers the cost, or a rule ends the run. Textbook Gauss-Newton accepts every step.
   void TrySteps() {
     const bool takes_all = options_.algorithm == Algorithm::kGaussNewton;
     const double tolerance = options_.step_tolerance, size = system_->StateNorm();
-    const double yardstick = std::max(tolerance * (size + tolerance), kRounding * size);
+    yardstick_ = std::max(tolerance * (size + tolerance), kRounding * size);
     bool solved = false;
     for (info_.trials = 1; info_.trials <= options_.max_trials; ++info_.trials) {
       info_.lambda = strategy_->Parameter();
@@ -113,17 +127,14 @@ class Run {
         info_.gain_ratio = (cost_ - new_cost - refined) / predicted;
         if (!(new_cost < cost_)) new_cost = RescueStep(new_cost, predicted);
         if (std::isfinite(new_cost) && (takes_all || (predicted > 0.0 && new_cost < cost_))) {
-          return Accept(new_cost, predicted, yardstick);
+          return Accept(new_cost, predicted);
         }
         system_->RollbackStates();
-        // No step large enough to change x helps, or the predicted decrease is below the rounding of the cost. Lack of
-        // progress alone does not prove a minimum.
-        if (info_.step_norm <= yardstick) return StopAtASmallStep(new_cost, predicted, size);
-        if (new_cost == cost_) return StopAtTheSameCost(predicted);  // ρ = 0, where g2o ends too
-        if (std::abs(predicted) <= 1e-13 * cost_) {
-          return StopBelowRounding(predicted);
-        }
         if (has_hessian_) system_->MakeHessian();  // as it was before the trial
+        // No step large enough to change x helps, or the predicted decrease is below the rounding of the cost.
+        if (info_.step_norm <= yardstick_) return StopAtASmallStep(new_cost, predicted, size);
+        if (new_cost == cost_) return StopAtTheSameCost(predicted);  // ρ = 0, where g2o ends too
+        if (std::abs(predicted) <= 1e-13 * cost_ && !IsHeldBack(predicted)) return StopBelowRounding(predicted);
       }
       if (!strategy_->Rejected()) break;
     }
@@ -133,18 +144,30 @@ class Run {
          "; is a gauge free, or a landmark seen too little?");
   }
 
-  // A step too small to change x has not lowered the cost.
+  // A step too small to change x has not lowered the cost. That alone proves no minimum: the gradient must be low too, or the
+  // states exact to their last digits, whose rounding the gradient then is.
   void StopAtASmallStep(double new_cost, double predicted, double size) {
+    constexpr double kLastDigits = 16.0 * kRounding, kNoDigit = 1e-6 * kRounding;
+    const double step = info_.step_norm;
     if (!std::isfinite(new_cost)) {
-      return Stop(Termination::kNoDecrease, "even a step of |dx| = ", info_.step_norm,
+      return Stop(Termination::kNoDecrease, "even a step of |dx| = ", step,
                   " makes the cost infinite or NaN: a residual or a Plus has no number nearby");
     }
+    if (step < kNoDigit * size && predicted > kVisible * cost_) {
+      return Stop(Termination::kNoDecrease, "a step of |dx| = ", step, " is lost in states as large as |x| = ", size);
+    }
     // So small a step is a linear one: the cost must follow its gradient, as far as rounding lets it be seen.
-    if (info_.step_norm > 1e3 * kRounding * size && predicted > kVisible * cost_ && info_.gain_ratio < -0.5) {
-      return Stop(Termination::kNoDecrease, "a step of |dx| = ", info_.step_norm,
+    if (step > 1e3 * kRounding * size && predicted > kVisible * cost_ && info_.gain_ratio < -0.5) {
+      return Stop(Termination::kNoDecrease, "a step of |dx| = ", step,
                   " raises the cost where the Jacobians say that it falls; CheckJacobians tells which are wrong");
     }
-    Stop(Termination::kStepConverged, "|dx| = ", info_.step_norm, " does not lower the cost any more");
+    if (IsHeldBack(predicted)) return StopHeldBack();
+    if (step > kLastDigits * size && !IsLowInEachDirection()) {
+      if (new_cost == cost_) return StopAtTheSameCost(predicted);
+      return Stop(Termination::kNoDecrease, "a step of |dx| = ", step, " does not lower the cost, though the gradient ",
+                  "promises ", GreatestPromise(), " of ", cost_, "; CheckJacobians tells which Jacobians are wrong");
+    }
+    Stop(Termination::kStepConverged, "|dx| = ", step, " does not lower the cost any more");
   }
 
   // How much the cost falls when each landmark is moved alone; 0 once that has become too little to be worth it.
@@ -182,18 +205,25 @@ class Run {
            summary_.iterations < options_.max_iterations;
   }
 
-  void Accept(double new_cost, double predicted, double yardstick) {
+  // Whether one coordinate alone promises far more than the step brought: then damping or the trust region held the step back,
+  // or the model is a poor one, and little progress means nothing. An undamped step predicts at least as much.
+  bool IsHeldBack(double gained) const {
+    constexpr double kMuch = 1e3;
+    return GreatestPromise() > kMuch * std::max(std::abs(gained), std::max(options_.cost_tolerance, kVisible) * cost_);
+  }
+
+  void Accept(double new_cost, double predicted) {
     const double decrease = cost_ - new_cost;
     strategy_->Accepted(info_.gain_ratio);
     // Cost first: a zero cost cannot fall further, and a tiny fraction of the first cost counts as zero.
-    if (decrease == 0.0 && cost_ > 0.0) {
-      StopAtTheSameCost(predicted);
-    } else if (std::abs(decrease) <= options_.cost_tolerance * cost_ || new_cost <= 1e-28 * summary_.initial_cost) {
+    if (new_cost <= 1e-28 * summary_.initial_cost) {
       Stop(Termination::kCostConverged, "the cost fell by ", decrease, " of ", cost_);
-    } else if (predicted <= kRounding * cost_) {
+    } else if (decrease == 0.0) {
+      StopAtTheSameCost(predicted);
+    } else if (std::abs(decrease) <= options_.cost_tolerance * cost_ && !IsHeldBack(decrease)) {
+      Stop(Termination::kCostConverged, "the cost fell by ", decrease, " of ", cost_);
+    } else if (predicted <= kRounding * cost_ && !IsHeldBack(predicted)) {
       StopBelowRounding(predicted);
-    } else if (info_.step_norm <= yardstick) {
-      Stop(Termination::kStepConverged, "|dx| = ", info_.step_norm);
     }
     cost_ = new_cost;
     constexpr double kLittle = 0.02;  // of the cost
@@ -223,9 +253,16 @@ class Run {
       Stop(Termination::kNoDecrease, "a step of |dx| = ", info_.step_norm,
            " leaves the cost as it is where the Jacobians say that it falls; ",
            "does a residual read its vertex, and does its Plus move it?");
+    } else if (IsHeldBack(predicted)) {
+      StopHeldBack();
     } else {
       Stop(Termination::kCostConverged, "a step of |dx| = ", info_.step_norm, " leaves the cost as it is");
     }
+  }
+
+  void StopHeldBack() {
+    Stop(Termination::kNoDecrease, "a step of |dx| = ", info_.step_norm, " is too short to change the cost; ",
+         "is SolveOptions::tau too large, initial_radius too small, or a Jacobian wrong?");
   }
 
   void StopBelowRounding(double predicted) {
@@ -243,10 +280,14 @@ class Run {
     info_.seconds = Seconds();
     summary_.trace.push_back(info_);
     if (!options_.callback) return;
+    const double size = system_->StateNorm();
     const bool goes_on = options_.callback(info_);
-    if (stopped_) return;
-    if (!goes_on) return Stop(Termination::kUserStopped, "the callback asked for it");
-    system_->CheckOrdering();
+    if (!stopped_ && goes_on) system_->CheckOrdering();
+    if (!(system_->StateNorm() == size)) {  // what is known of cost and gradient is of other states
+      cost_ = system_->Cost();
+      return Stop(Termination::kUserStopped, "the callback has moved a vertex");
+    }
+    if (!stopped_ && !goes_on) Stop(Termination::kUserStopped, "the callback asked for it");
   }
 
   template <typename... Words>
@@ -271,6 +312,7 @@ class Run {
   VecX delta_x_;
   double cost_ = 0.0;
   double first_gradient_max_ = 0.0;
+  double yardstick_ = 0.0;    // a step of x that counts as small
   bool has_hessian_ = false;  // of the states that were evaluated last
   bool may_be_inexact_ = true;
   bool may_become_damped_ = false;

@@ -13,11 +13,12 @@ namespace ch5 {
 /// better: in the sparse solver, a graph without landmarks.
 enum class Algorithm { kGaussNewton, kLevenbergMarquardt, kDogleg, kAutomatic };
 
-/// Why the iteration ended. All rules are relative, so they do not depend on units or weights.
+/// Why the iteration ended. All rules are relative, so they do not depend on units or weights. Little progress alone is no
+/// minimum: the gradient must be low too, that is ½ b_i²/H_ii, what a step of x_i alone promises, a small part of the cost.
 enum class Termination {
-  kCostConverged,       ///< the cost fell by less than cost_tolerance of itself
-  kGradientConverged,   ///< max|b| ≤ gradient_tolerance × its first value, and each b_i²/H_ii is far below the cost
-  kStepConverged,       ///< ‖Δx‖ ≤ step_tolerance (‖x‖ + step_tolerance)
+  kCostConverged,       ///< the cost fell by less than cost_tolerance of itself, though nothing held the step back
+  kGradientConverged,   ///< max|b| ≤ gradient_tolerance × its first value, and the gradient is low
+  kStepConverged,       ///< ‖Δx‖ ≤ step_tolerance (‖x‖ + step_tolerance), and the gradient is low or mere rounding
   kMaxIterations,       ///< not converged yet
   kNothingToOptimize,   ///< no free vertex has an edge, or all weights are zero
   kNoDecrease,          ///< no damping or trust region gave a lower cost

@@ -38,7 +38,7 @@ enum class CovarianceFactor { kSparse, kDense };
 class Covariance {
  public:
   /// Linearizes the selected part of the graph at the present states, and factorizes; g2o's computeMarginals.
-  /// @param held  directions in which vertices are held: their variance is zero
+  /// @param held  directions in which vertices are held, as SparseOptimizer::Hold was given them: their variance is zero
   /// @throws CovarianceError if H is singular: a gauge is free, or a landmark is seen too little; or not finite, with the edge
   explicit Covariance(Graph* graph, const Selection& selection = {},
                       CovarianceFactor factor = CovarianceFactor::kSparse, int threads = 1,

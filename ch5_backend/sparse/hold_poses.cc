@@ -52,10 +52,13 @@ std::vector<HeldPose> FindHeldPoses(const Structure& s, const std::vector<HeldDi
     if (!h.vertex || !h.rows) throw std::invalid_argument("HeldDirections: the vertex or its rows are missing (null)");
     const MatXX C = h.rows();
     const int dim = h.vertex->LocalDimension();
-    if (C.cols() != dim || h.vertex->GetRole() == Role::kLandmark) {
-      throw std::invalid_argument("HeldDirections: " + h.vertex->TypeInfo() + " cannot be held along " +
-                                  std::to_string(C.cols()) + " coordinates: it is a landmark, or has " +
-                                  std::to_string(dim) + " degrees of freedom");
+    const auto refuse = [&](const std::string& fault) {
+      throw std::invalid_argument("HeldDirections: " + h.vertex->Name() + " cannot be held" + fault);
+    };
+    if (h.vertex->GetRole() == Role::kLandmark) refuse(": it is a landmark; give it the role of a pose");
+    if (C.cols() != dim) {
+      refuse(" along " + std::to_string(C.cols()) + " coordinates: it has " + std::to_string(dim) +
+             " degrees of freedom");
     }
     if (!C.allFinite())
       throw std::invalid_argument("HeldDirections: the rows of " + h.vertex->Name() + " are not finite");

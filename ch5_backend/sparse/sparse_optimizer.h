@@ -42,7 +42,8 @@ class SparseOptimizer {
   /// Automatic unless set, and inexact where it is implicit; see reduced_solver.h.
   void SetReducedSolver(ReducedSolverType type, const IterativeOptions& options = {});
 
-  /// Parts of vertices that stay as they are; see graph/ordering.h.
+  /// Parts of vertices that stay as they are; see graph/ordering.h. ComputeMarginals knows them: their variance is zero. A
+  /// Covariance of one's own does not, unless it is given them too.
   void Hold(std::vector<HeldDirections> held);
   /// One of the caller's own for the poses' system, such as MakePseudoInverse.
   void SetReducedSolver(std::unique_ptr<ReducedSolver> solver);

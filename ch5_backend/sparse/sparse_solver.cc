@@ -29,6 +29,11 @@ bool IsInexact(const IterativeOptions& options) { return options.model_tolerance
 
 void SparseSolver::SetOrdering() {
   has_step_ = false;
+  for (const HeldDirections& held : held_) {
+    if (held.vertex && !graph_->Contains(*held.vertex)) {
+      throw GraphError("HeldDirections: " + held.vertex->Name() + " is not in the solver's graph");
+    }
+  }
   Ordering ordering = MakeOrdering(*graph_, selection_);
   if (is_ordered_ && IsSame(ordering, structure_.ordering)) {
     const bool was_active = batches_.Active();

@@ -338,6 +338,20 @@ const std::vector<Case> kGraphs = {
        optimizer.Hold({{nullptr, [] { return MatXX::Identity(1, 1); }}});
        optimizer.Solve();
      }},
+    {"directions of a vertex of another graph", "HeldDirections: VertexVector1 0 is not in the solver's graph",
+     [](TwoSteps* g) {
+       TwoSteps other;
+       SparseOptimizer optimizer(&g->graph);
+       optimizer.Hold({{other.x_[0], [] { return MatXX::Identity(1, 1); }}});
+       optimizer.Solve();
+     }},
+    {"directions of a landmark", "cannot be held: it is a landmark; give it the role of a pose",
+     [](TwoSteps* g) {
+       g->x_[0]->SetRole(Role::kLandmark);
+       SparseOptimizer optimizer(&g->graph);
+       optimizer.Hold({{g->x_[0], [] { return MatXX::Identity(1, 1); }}});
+       optimizer.Solve();
+     }},
     {"directions that are not numbers", "HeldDirections: the rows of VertexVector1 0 are not finite",
      [](TwoSteps* g) {
        SparseOptimizer optimizer(&g->graph);
@@ -348,6 +362,27 @@ const std::vector<Case> kGraphs = {
      [] {
        TwoSteps g(Spoilt::kNaN);
        MarginalizeInto(&g.graph, {g.x_[0]});
+     }},
+    {"states so large that differences vanish", "every edge an outlier, or no residual changed by its vertices?",
+     [](TwoSteps* g) {
+       for (const auto& x : g->x_) x->SetEstimate(Scalar(1e150));
+       return g->Solve();
+     }},
+    {"damping that lets nothing move", "is too short to change the cost; is SolveOptions::tau too large",
+     [] { return SolveWith([](auto* o) { o->algorithm = Algorithm::kLevenbergMarquardt, o->tau = 1e20; }); }},
+    {"a loss of negative slope", "the cost is negative",
+     [](TwoSteps* g) {
+       struct Falling : LossFunction {
+         Rho Evaluate(double s) const override { return {-s, -1.0, 0.0}; }
+       };
+       for (const auto& edge : g->edges_) edge->SetLossFunction(std::make_shared<Falling>());
+       return g->Solve();
+     }},
+    {"a callback that moves a vertex", "the callback has moved a vertex",
+     [](TwoSteps* g) {
+       SolveOptions options;
+       options.callback = [&](const IterationInfo&) { return g->x_[1]->SetEstimate(Scalar(1e5)), true; };
+       return g->Solve(options);
      }},
     {"no pose graph to initialize", "InitializePoseGraph: the graph is null",
      [] { InitializePoseGraph(PoseGraphStart::kChordal, nullptr); }},

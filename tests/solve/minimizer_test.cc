@@ -44,10 +44,19 @@ TEST(StopRules, EachEndsTheRunWhereItShould) {
             [](auto* o) { o->gradient_tolerance = 1.0; });
   ExpectEnd("a gradient that promises 36/8 of a cost of 10", 6.0, {10, 8}, Termination::kMaxIterations, 1, 8,
             [](auto* o) { o->gradient_tolerance = 1.0, o->max_iterations = 1; });
-  ExpectEnd("a step of 6/4, and ‖x‖ counts as 1", 6.0, {10, 8}, Termination::kStepConverged, 1, 8,
-            [](auto* o) { o->algorithm = Algorithm::kGaussNewton, o->step_tolerance = 1.5; });
-  ExpectEnd("a step that is not visible in the states", 6.0, {10, 10.1}, Termination::kStepConverged, 1, 10,
-            [](auto* o) { o->step_tolerance = 0.5; });
+  // The gradient promises 36/8.
+  const auto small_step = [](auto* o) { o->algorithm = Algorithm::kGaussNewton, o->step_tolerance = 1.5; };
+  ExpectEnd("a step of 6/4, and ‖x‖ counts as 1", 6.0, {1e7, 8e6}, Termination::kStepConverged, 1, 8e6, small_step);
+  ExpectEnd("a small step, and the gradient promises half of the cost", 6.0, {10, 9, 8}, Termination::kMaxIterations, 2,
+            8, [&](auto* o) { small_step(o), o->max_iterations = 2; });
+  const auto invisible_step = [](auto* o) { o->step_tolerance = 0.5; };
+  ExpectEnd("a step that is not visible in the states", 6.0, {1e7, 1e7 + 0.1}, Termination::kStepConverged, 1, 1e7,
+            invisible_step);
+  ExpectEnd("the same, and the gradient promises half of the cost", 6.0, {10, 10.1}, Termination::kNoDecrease, 1, 10,
+            invisible_step);
+  const auto heavy_damping = [](auto* o) { o->tau = 1e12, o->cost_tolerance = 1e-6, o->max_iterations = 3; };
+  ExpectEnd("damping that holds each step back", 6.0, {10, 10 - 9e-12, 9, 8}, Termination::kMaxIterations, 3, 8,
+            heavy_damping);
   ExpectEnd("a small step up where it should be down", 6.0, {10, 13}, Termination::kNoDecrease, 1, 10,
             [](auto* o) { o->step_tolerance = 0.5; });
   ExpectEnd("a step that moves nothing", 6.0, {10, 10}, Termination::kNoDecrease, 1, 10);
@@ -83,6 +92,24 @@ TEST(StopRules, LinearSolverFailed) {
     system.solvable_from_ = 1e300;
     ExpectStop(Minimize(&system, WithoutStopRules(algorithm, 20)), Termination::kLinearSolverFailed, false);
   }
+}
+
+// A loss that is negative, which would otherwise be a cost that falls for ever.
+TEST(StopRules, NegativeCost) {
+  ScriptedSystem system = OneUnknown(4.0, 6.0, {-1.0, -2.0});
+  ExpectStop(Minimize(&system), Termination::kNotFinite, false);
+}
+
+TEST(StopRules, ACallbackThatMovesAVertexEndsTheRun) {
+  ScriptedSystem system = OneUnknown(4.0, 6.0, {10.0, 8.0, 1e9});
+  SolveOptions options = WithoutStopRules(Algorithm::kLevenbergMarquardt, 20);
+  options.callback = [&](const IterationInfo& info) {
+    if (info.iteration == 1) system.state_norm_ = 1e5;
+    return true;
+  };
+  const Summary summary = Minimize(&system, options);
+  ExpectStop(summary, Termination::kUserStopped, false);
+  EXPECT_EQ(summary.final_cost, 1e9) << "that of the states that it has left";
 }
 
 TEST(StopRules, TheCallbackStopsAtOnce) {

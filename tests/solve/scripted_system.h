@@ -34,11 +34,11 @@ class ScriptedSystem : public NormalEquations {
   VecX MultiplyHessian(const VecX& v) const override { return H_ * v; }
   void UpdateStates(const VecX& delta_x) override { before_ = x_, x_ += delta_x; }
   void RollbackStates() override { x_ = before_; }
-  double StateNorm() const override { return 1.0; }
+  double StateNorm() const override { return state_norm_; }
   bool SuitsDogleg() const override { return suits_dogleg_; }
   double RefineLandmarks(int) override { return refined_.at(static_cast<size_t>(refinements_++)); }
 
-  double solvable_from_ = 0.0;
+  double solvable_from_ = 0.0, state_norm_ = 1.0;
   bool one_pass_ = false, suits_dogleg_ = false;
   int hessians_ = 0, solves_with_old_hessian_ = 0, refinements_ = 0;
   std::vector<double> refined_;
