@@ -18,7 +18,7 @@ enum class Algorithm { kGaussNewton, kLevenbergMarquardt, kDogleg, kAutomatic };
 enum class Termination {
   kCostConverged,       ///< the cost fell by less than cost_tolerance of itself, though nothing held the step back
   kGradientConverged,   ///< max|b| ≤ gradient_tolerance × its first value, and the gradient is low
-  kStepConverged,       ///< ‖Δx‖ ≤ step_tolerance (‖x‖ + step_tolerance), and the gradient is low or mere rounding
+  kStepConverged,       ///< ‖Δx‖ ≤ step_tolerance (‖x‖ + step_tolerance), and the gradient is low
   kMaxIterations,       ///< not converged yet
   kNothingToOptimize,   ///< no free vertex has an edge, or all weights are zero
   kNoDecrease,          ///< no damping or trust region gave a lower cost
