@@ -12,8 +12,8 @@ void Graph::Clear() {
   num_removed_edges_ += Edges().size();
   for (const auto& edge : Edges()) edge->id_ = -1;
   for (const auto& vertex : Vertices()) vertex->id_ = vertex->ordering_id_ = -1;
-  edges_ = {};
-  vertices_ = {};
+  ById<Edge>().Swap(&edges_);
+  ById<Vertex>().Swap(&vertices_);
   is_listed_ = false;
   edge_ids_.clear();
   stack_.clear();
@@ -23,7 +23,7 @@ void Graph::Clear() {
 void Graph::Swap(Graph* other) noexcept {
   vertices_.Swap(&other->vertices_);
   edges_.Swap(&other->edges_);
-  std::swap(is_listed_, other->is_listed_);
+  is_listed_ = other->is_listed_.exchange(is_listed_);
   edge_ids_.swap(other->edge_ids_);
   std::swap(next_vertex_id_, other->next_vertex_id_);
   std::swap(next_edge_id_, other->next_edge_id_);
@@ -38,7 +38,7 @@ int Graph::Insert(std::shared_ptr<T> item, int id, const char* function, ById<T>
     throw GraphError(function + (": " + item->TypeInfo()) + " cannot have the id " + std::to_string(id) + ": " + fault);
   };
   if (id < 0 || id == std::numeric_limits<int>::max()) fail("ids are 0 to 2147483646");
-  if (const auto& holder = items->Find(id)) fail(holder->TypeInfo() + " has it");
+  if (const auto holder = items->Find(id)) fail(holder->TypeInfo() + " has it");
   item->id_ = id;
   items->Insert(std::move(item), id);
   *next_id = std::max(*next_id, id + 1);
@@ -83,11 +83,17 @@ int Graph::AddEdge(std::shared_ptr<Edge> edge, int id) {
 
 // ---- The edges of each vertex ----------------------------------------------------------------------------------
 
-std::vector<int>& Graph::EdgeIdsOf(const Vertex& vertex) const {
-  if (!std::exchange(is_listed_, true)) {
-    for (const auto& edge : Edges()) List(*edge);
+const std::vector<int>& Graph::EdgeIdsOf(const Vertex& vertex) const {
+  static const std::vector<int> none;
+  if (!is_listed_) {
+    const std::lock_guard lock(listing_);
+    if (!is_listed_) {
+      for (const auto& edge : Edges()) List(*edge);
+      is_listed_ = true;
+    }
   }
-  return edge_ids_[&vertex];
+  const auto found = edge_ids_.find(&vertex);
+  return found == edge_ids_.end() ? none : found->second;
 }
 
 void Graph::List(const Edge& edge) const {
@@ -129,10 +135,10 @@ void Graph::RemoveVertices(const std::vector<std::shared_ptr<Vertex>>& vertices)
   for (const auto& vertex : std::vector(vertices)) {  // a copy: these may be the graph's own
     if (vertex->id_ < 0) continue;                    // named twice
     for (const int id : EdgeIdsOf(*vertex)) {
-      Edge& edge = *edges_.Find(id);
-      Unlist(edge, vertex.get());
+      const auto edge = edges_.Find(id);
+      Unlist(*edge, vertex.get());
       ++num_removed_edges_;
-      edge.id_ = -1;
+      edge->id_ = -1;
       edges_.Remove(id);
     }
     edge_ids_.erase(vertex.get());
@@ -141,8 +147,8 @@ void Graph::RemoveVertices(const std::vector<std::shared_ptr<Vertex>>& vertices)
   }
 }
 
-bool Graph::Contains(const Vertex& vertex) const { return vertices_.Find(vertex.Id()).get() == &vertex; }
-bool Graph::Contains(const Edge& edge) const { return edges_.Find(edge.Id()).get() == &edge; }
+bool Graph::Contains(const Vertex& vertex) const { return vertices_.Contains(vertex); }
+bool Graph::Contains(const Edge& edge) const { return edges_.Contains(edge); }
 
 void Graph::Push() {
   stack_.emplace_back();

@@ -20,7 +20,8 @@ class GraphError : public std::invalid_argument {
 
 /// A vertex or edge belongs to one graph at a time, until it is removed or the graph is destroyed.
 /// Threads: a graph with its vertices and edges is used by one thread at a time, and what solves it counts as one; two graphs
-/// share nothing. Loss functions may be shared: they are not changed.
+/// share nothing. Only what is const here may be called by several at once, until the next change. Loss functions may be
+/// shared: they are not changed.
 class Graph {
  public:
   Graph() = default;
@@ -90,13 +91,14 @@ class Graph {
   void Swap(Graph* other) noexcept;
   template <typename T>
   static int Insert(std::shared_ptr<T> item, int id, const char* function, ById<T>* items, int* next_id);
-  std::vector<int>& EdgeIdsOf(const Vertex& vertex) const;
+  const std::vector<int>& EdgeIdsOf(const Vertex& vertex) const;
   void List(const Edge& edge) const;
   void Unlist(const Edge& edge, const Vertex* but);
 
   ById<Vertex> vertices_;
   ById<Edge> edges_;
-  mutable bool is_listed_ = false;
+  mutable std::mutex listing_;
+  mutable std::atomic<bool> is_listed_ = false;
   mutable std::unordered_map<const Vertex*, std::vector<int>> edge_ids_;  // ascending; if is_listed_
   int next_vertex_id_ = 0;
   int next_edge_id_ = 0;
