@@ -96,32 +96,61 @@ TEST(Stage3, OnePriorOnEachOfTheFirstTwoFrames) {
   }
 }
 
-// What a prior's information is instead of w·I, in words.
-Text CauseOfInformation(const MatXX& W, double weight, double pixel_information) {
-  if (W.rows() != 6 || W.cols() != 6) return "3.prior_pose_six_rows";
-  const auto is = [&](const MatXX& other) { return Equal(W, other, 1e-9); };
-  const auto all = [&](double w) { return is(w * MatXX::Identity(6, 6)); };
-  const auto halves = [&](double rotation, double position) {
-    const VecX w = (VecX(6) << Vec3::Constant(rotation), Vec3::Constant(position)).finished();
-    return is(w.asDiagonal());
+// The information of a frame's prior at a weight.
+struct Weighted {
+  double weight;
+  MatXX W;
+};
+
+// What all of them are instead of w·I, in words: at one weight alone a limit or a threshold looks like another mistake.
+Text CauseOfInformation(const std::vector<Weighted>& all, double pixel_information) {
+  const auto are = [&](const auto& mistaken) {
+    return std::all_of(all.begin(), all.end(),
+                       [&](const Weighted& one) { return Equal(one.W, mistaken(one.weight), 1e-9); });
   };
-  if (weight != std::trunc(weight) && (all(std::trunc(weight)) || all(std::round(weight)))) {
-    return "3.weight_truncated_integer";
+  const auto are_times_identity = [&](const auto& mistaken) {
+    return are([&](double w) { return MatXX(mistaken(w) * MatXX::Identity(6, 6)); });
+  };
+  const auto are_halves = [&](const auto& rotation, const auto& position) {
+    return are([&](double w) {
+      return MatXX((VecX(6) << Vec3::Constant(rotation(w)), Vec3::Constant(position(w))).finished().asDiagonal());
+    });
+  };
+  const auto weight = [](double w) { return w; };
+  const auto zero = [](double) { return 0.0; };
+  const auto one = [](double) { return 1.0; };
+  if (std::any_of(all.begin(), all.end(), [](const Weighted& at) { return at.W.rows() != 6 || at.W.cols() != 6; })) {
+    return "3.prior_pose_six_rows";
   }
-  if (W.isZero(0.0)) return "3.information_zero";
-  if (all(1.0) && weight == 100.0) return "3.information_identity";  // the first weight: it is not a bound
-  if (all(weight * weight)) return "3.weight_squared";
-  if (all(std::sqrt(weight))) return "3.root_weight";
-  if (all(1.0 / weight)) return "3.inverse_weight";
-  if (all(1.0 / (weight * weight))) return "3.weight_as_standard_deviation";
-  if (all(pixel_information)) return "3.pixels_information";
-  if (all(pixel_information * weight)) return "3.pixels_information_multiplied";
-  if (all(0.5 * weight)) return "3.half_weight";
-  if (halves(weight, 0.0)) return "3.rotations_only";
-  if (halves(0.0, weight)) return "3.positions_only";
-  if (halves(weight, 1.0) || halves(1.0, weight)) return "3.half_of_residual_weighted";
-  if (is(MatXX::Constant(6, 6, weight))) return "3.every_entry_weight";
+  if (are_times_identity([](double w) { return std::trunc(w); })) return "3.weight_truncated_integer";
+  if (are_times_identity([](double w) { return std::round(w); })) return "3.weight_truncated_integer";
+  if (are_times_identity(zero)) return "3.information_zero";
+  if (are_times_identity(one)) return "3.information_identity";
+  if (are_times_identity([](double w) { return w * w; })) return "3.weight_squared";
+  if (are_times_identity([](double w) { return std::sqrt(w); })) return "3.root_weight";
+  if (are_times_identity([](double w) { return 1.0 / w; })) return "3.inverse_weight";
+  if (are_times_identity([](double w) { return 1.0 / (w * w); })) return "3.weight_as_standard_deviation";
+  if (are_times_identity([=](double) { return pixel_information; })) return "3.pixels_information";
+  if (are_times_identity([=](double w) { return pixel_information * w; })) return "3.pixels_information_multiplied";
+  if (are_times_identity([](double w) { return 0.5 * w; })) return "3.half_weight";
+  if (are_halves(weight, zero)) return "3.rotations_only";
+  if (are_halves(zero, weight)) return "3.positions_only";
+  if (are_halves(weight, one) || are_halves(one, weight)) return "3.half_of_residual_weighted";
+  if (are([](double w) { return MatXX(MatXX::Constant(6, 6, w)); })) return "3.every_entry_weight";
   return "3.information_is_weight_times_identity";
+}
+
+// Known by all of them, however far apart the weights are.
+std::string FingerprintOf(const std::vector<Weighted>& all) {
+  const auto n = static_cast<Eigen::Index>(all.size());
+  MatXX expected(6 * n, 6), got(6 * n, 6);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const auto& [weight, W] = all[static_cast<size_t>(k)];
+    if (W.rows() != 6 || W.cols() != 6) return {};
+    expected.middleRows(6 * k, 6).setIdentity();
+    got.middleRows(6 * k, 6) = W / weight;
+  }
+  return Fingerprint(expected.array().asinh(), got.array().asinh());
 }
 
 // Of W, the entry that is farthest from w·I₆.
@@ -137,29 +166,40 @@ Text WorstEntry(const MatXX& W, double weight) {
 TEST(Stage3, InformationIsTheWeight) {
   Random random(Seed(34));
   const double pixel_information = 7.0;
-  // Weights are no integers; the handout's sweep begins at 1e-3, and the drift is tested up to 1e11.
-  for (const double weight : {100.0, 0.25, 1e-9, 1e11, std::pow(10.0, random.Uniform(-3.0, 4.0))}) {
+  std::vector<Weighted> of_frame[2];
+  const auto ask = [&](double weight) {
     const Built built(pixel_information, weight);
-    const auto& all_priors = built.priors;
     for (size_t i = 0; i < 2; ++i) {
       const auto of_prior = [&](const char* what) { return Text(what, {{"n", Word(i)}, {"w", Word(weight)}}); };
-      if (all_priors[i].size() != 1) {
-        Fail({of_prior("3.prior_frame"), "3.one", Word(all_priors[i].size()), "3.every_weight_above_0_priors", "3"});
+      if (built.priors[i].size() != 1) {
+        Fail({of_prior("3.prior_frame"), "3.one", Word(built.priors[i].size()), "3.every_weight_above_0_priors", "3"});
       }
-      if (all_priors[i][0].has_loss) {
+      if (built.priors[i][0].has_loss) {
         Fail({of_prior("3.loss_function_prior_frame"), "3.no_loss", "3.loss", "3.prior_no_loss_function", "3"});
       }
-      const MatXX& W = all_priors[i][0].W;
-      if (Equal(W, weight * MatXX::Identity(6, 6), 1e-6)) continue;  // a float will do
-      Fail({of_prior("3.information_prior_frame"),
-            Word(Number(weight) + "·I₆"),
-            WorstEntry(W, weight),
-            CauseOfInformation(W, weight, pixel_information),
-            "3",
-            {},
-            Fingerprint(weight * MatXX::Identity(6, 6), W)});
+      of_frame[i].push_back({weight, built.priors[i][0].W});
     }
-  }
+  };
+  const auto judge = [&] {
+    for (size_t k = 0; k < of_frame[0].size(); ++k) {
+      for (size_t i = 0; i < 2; ++i) {
+        const auto& [weight, W] = of_frame[i][k];
+        if (Equal(W, weight * MatXX::Identity(6, 6), 1e-6)) continue;  // a float will do
+        Fail({{"3.information_prior_frame", {{"n", Word(i)}, {"w", Word(weight)}}},
+              Word(Number(weight) + "·I₆"),
+              WorstEntry(W, weight),
+              CauseOfInformation(of_frame[i], pixel_information),
+              "3",
+              {},
+              FingerprintOf(of_frame[i])});
+      }
+    }
+  };
+  // Weights are no integers; the handout's sweep begins at 1e-3, and the drift is tested up to 1e11, which an integer is not.
+  for (const double weight : {100.0, 0.25, 1e-9, std::pow(10.0, random.Uniform(-3.0, 4.0))}) ask(weight);
+  judge();
+  ask(1e11);
+  judge();
 }
 
 // The prior's residual at a pose: zero if that is the pose that it asks for.

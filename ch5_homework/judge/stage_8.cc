@@ -59,6 +59,18 @@ void CheckDamping(const std::vector<Trial>& trials, bool accepted, const Names& 
   Require({PartOf(Word("ν"), what), "8a", "next.nu", names}, right.nu, nu);
 }
 
+// A λ that is tiny or huge is no other; all else about it has been right.
+void CheckTinyAndHuge(bool accepted) {
+  for (const double lambda : {1e-12, 1e12}) {
+    const std::vector<Trial> one{{5.0, accepted ? 3.0 : 6.0, 4.0, lambda, 2.0}};
+    const MatXX got = MatXX::Constant(1, 1, Update(one[0]).lambda);
+    const Mistakes limited{{"8a", "8.lambda_limited", got}};
+    const right::NextDamping right(one, accepted, VecX::Ones(1));
+    Require({PartOf(Word("λ"), {"8.with_lambda", {{"lambda", Word(lambda)}}}), "8a", "next.lambda", {}, 1e-10, limited},
+            Value(right.lambda.right), got);
+  }
+}
+
 TEST(Stage8, AnAcceptedStepFollowsTheGainRatio) {
   std::vector<Trial> trials;
   Names names;
@@ -68,6 +80,7 @@ TEST(Stage8, AnAcceptedStepFollowsTheGainRatio) {
     CheckDecision(trials.back(), true, names.back());
   }
   CheckDamping(trials, true, names, "8.accepted_steps");
+  CheckTinyAndHuge(true);
 }
 
 TEST(Stage8, ARejectedStepRaisesTheDamping) {
@@ -79,6 +92,7 @@ TEST(Stage8, ARejectedStepRaisesTheDamping) {
     CheckDecision(trials.back(), false, names.back());
   }
   CheckDamping(trials, false, names, "8.rejected_steps");
+  CheckTinyAndHuge(false);
 }
 
 TEST(Stage8, ATrialWithoutSenseIsRejected) {

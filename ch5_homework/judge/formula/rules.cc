@@ -314,6 +314,16 @@ static VecX CountsIn(const MatXX& A, const std::vector<Term>& terms) {
 
 constexpr double kMostTimes = 1e3;  // that anybody counts a term; more: numbers of another unit, or of an earlier call
 
+/// Whether an earlier answer, which was right, had this term of so many: what was zero there has shown no count.
+static bool WasShown(const View& v, size_t number, size_t count) {
+  return std::any_of(v.earlier.begin(), v.earlier.end(), [&](const Formula& one) {
+    const std::vector<Term> terms = TermsOfSum(one.right);
+    if (NameOf(one.right) != NameOf(v.formula.right) || terms.size() != count) return false;
+    const auto& A = TryValue(terms[number].x);
+    return A && !A->isZero(0.0);
+  });
+}
+
 /// The terms so many times each: half and whole numbers, or any of one term.
 void TermsOfOtherCounts(const View& v) {
   const auto& right = TryValue(v.x);
@@ -350,9 +360,10 @@ void TermsOfOtherCounts(const View& v) {
   const Expression instead = Sum(parts, factors);
   if (wrong_ones == 1) {
     const std::string term = NameOf(terms[static_cast<size_t>(wrong)].x);
-    v.report(Say(v.was_right ? "formula.term_times_here" : "formula.term_times",
-                 {{"term", term}, {"k", Number(times[wrong])}}),
-             instead);
+    v.report(
+        Say(WasShown(v, static_cast<size_t>(wrong), terms.size()) ? "formula.term_times_here" : "formula.term_times",
+            {{"term", term}, {"k", Number(times[wrong])}}),
+        instead);
   } else {
     v.report(Say("formula.combination", {{"this", NameOf(instead)}, {"that", NameOf(v.x)}}), instead);
   }

@@ -30,7 +30,7 @@ struct View {
   const Formula& formula;
   const MatXX& got;
   const std::vector<Expression>& named;  ///< all that has a name: blocks, and what is beside
-  bool was_right;                        ///< the answer to an earlier call
+  const std::vector<Formula>& earlier;   ///< of calls whose answers were right
   std::function<void(const Text& cause, const Expression& instead)> report;
 };
 using Rule = void (*)(const View& v);

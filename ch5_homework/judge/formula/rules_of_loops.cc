@@ -93,13 +93,18 @@ void SharesOfAKind(const View& v) {
       return true;
     });
   }
-  for (const double sign : {1.0, -1.0}) {  // = for += and for −=
-    v.report({"formula.assigned", {{"matrix", matrix}}}, WithShares(v.x, nullptr, [=](bool, Share* share) {
-               share->assigned = true;
-               if (sign < 0.0) share->x = -share->x;
-               return true;
-             }));
-  }
+  const auto assigned = [&](double sign) {
+    return WithShares(v.x, nullptr, [=](bool, Share* share) {
+      share->assigned = true;
+      if (sign < 0.0) share->x = -share->x;
+      return true;
+    });
+  };
+  const Expression last_alone = assigned(1.0);  // = for +=
+  const auto &sum = TryValue(v.x), &last = TryValue(last_alone);
+  if (!sum || !last || sum->isApprox(*last)) return;  // no share meets another: with −= that is the sign alone
+  v.report({"formula.assigned", {{"matrix", matrix}}}, last_alone);
+  v.report({"formula.assigned", {{"matrix", matrix}}}, assigned(-1.0));
 }
 
 /// At other places: all shares, or those of one kind.

@@ -211,7 +211,7 @@ class Search {
       }
       for (const Site& site : sites) {
         if (found_ || IsLate()) return found_;
-        rule({site.x, site.is_whole, formula_, got_, named, !earlier_.empty(),
+        rule({site.x, site.is_whole, formula_, got_, named, earlier_,
               [&](const Text& cause, const Expression& instead) {
                 if (found_) return;
                 if (!instead) {
@@ -237,11 +237,12 @@ class Search {
       std::map<const Node*, Expression> instead;
     };
     const std::vector<Expression> nothing_else;
+    const std::vector<Formula> no_earlier;
     std::vector<OfAll> slips;
     std::map<std::string, size_t> known;
     for (const Expression& node : family.nodes) {
       std::map<std::string, int> times;
-      rule({node, false, formula_, got_, nothing_else, false, [&](const Text& cause, const Expression& instead) {
+      rule({node, false, formula_, got_, nothing_else, no_earlier, [&](const Text& cause, const Expression& instead) {
               if (!instead) return;
               const std::string key = cause.Json() + std::to_string(times[cause.Json()]++);
               const auto [at, is_new] = known.try_emplace(key, slips.size());
