@@ -14,7 +14,7 @@ namespace {
 // For a pair of images: a rotation must exceed the noise of its rays [s].
 constexpr double kLeastBetween = 0.12, kMostBetween = 0.3;
 constexpr double kStep = 0.01;
-constexpr int kSteps = 100;  // a second
+constexpr int kSteps = 125;  // 1.25 s
 
 // The mean rate from one image to another, in C [rad/s].
 struct Turn {
@@ -288,11 +288,12 @@ std::optional<TurnAgreement> CompareTurns(const Recording& recording) {
 bool TurnOtherwise(const TurnAgreement& turns) {
   // 0.63 or more and 0.98 to 2.8 in recordings that are in order, but 0.06 to 0.37 and 20 to 66 for a car on a straight road.
   constexpr double kPoor = 0.4, kMostNoise = 6.0;
-  return turns.at_delay < kPoor && turns.noise < kMostNoise;
+  const bool is_poor = turns.at_delay < kPoor || (turns.as_given < kPoor && !ClearDelay(turns));
+  return is_poor && turns.noise < kMostNoise;
 }
 
 std::optional<double> ClearDelay(const TurnAgreement& turns) {
-  constexpr double kLeast = 0.015, kMost = 0.985;  // [s]; what rises up to the end of the search is no delay
+  constexpr double kLeast = 0.015, kMost = (kSteps - 1.5) * kStep;  // [s]; what rises to the search's end is none
   // A delay's gain grows with its square, from 1.05 to 1.5 at 20 ms. Where the camera turns slowly, noise looks like a delay of
   // 40 to 90 ms, with a gain of up to 1.07.
   constexpr double kGain = 0.05, kDelayOfGain = 0.04,

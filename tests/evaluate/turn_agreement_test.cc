@@ -31,6 +31,22 @@ TEST(TurnAgreement, FindsTheDelayOfTheCamerasClock) {
   }
 }
 
+// A second is within the search; of three the turns must not pass for ones that agree.
+TEST(TurnAgreement, ADelayOfASecondIsFoundAndALongerOneIsDoubted) {
+  for (const double late : {0.0, 1.0, -1.0, 3.0}) {
+    Recording recording = Turning(0.0);
+    for (Image& image : recording.images) image.t += late;
+    const auto turns = CompareTurns(recording);
+    ASSERT_TRUE(turns);
+    const auto delay = ClearDelay(*turns);
+    EXPECT_EQ(delay.has_value(), std::abs(late) == 1.0) << late;
+    if (delay) {
+      EXPECT_NEAR(*delay, -late, 0.011);
+    }
+    EXPECT_EQ(TurnOtherwise(*turns), late == 3.0) << late << ": " << turns->as_given;
+  }
+}
+
 // How a walk moves points of different depths must not pass for turns: the delay would not stand out.
 TEST(TurnAgreement, TellsTurnsFromWalking) {
   for (const double delay : {0.0, 0.03, -0.03}) {

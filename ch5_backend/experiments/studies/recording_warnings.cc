@@ -115,7 +115,8 @@ void CheckTurns(const Recording& recording, OdometrySettings* settings, Recordin
                          Join("the camera's rotation disagrees with the gyroscope (correlation ", turns->as_given,
                               "; with the inverse of camera.q_B_C ", turns->with_inverse,
                               "): it must rotate camera coordinates into the IMU's; ", turns->with_axes,
-                              " with the gyroscope's columns read as ", NameAxes(turns->axes))});
+                              " with the gyroscope's columns read as ", NameAxes(turns->axes),
+                              "; or are the clocks of camera and IMU more than 1.2 s apart?")});
     return;
   }
   CheckTurnGain(*turns, found, warnings);
@@ -224,7 +225,9 @@ void CorrectFocalLength(double delay, RecordingWarnings* warnings, Recording* re
   // The first estimate is a tenth too small or too large; from there the second errs by a tenth of that.
   const auto left = FindDisagreement(*recording, delay);
   if (left) scale_rays(1.0 + left->focal.value);
-  const double times = c.fx / before, sigma = std::max(0.01 * times, left ? left->focal.sigma : found->other);
+  // Where nothing is left to correct, the second estimate has no σ: it is told by what the correction gains.
+  const double times = c.fx / before;
+  const double sigma = std::max(0.01 * times, left ? std::min(left->focal.sigma, found->other) : found->other);
   *found = {"focal_corrected", times, sigma,
             Join("the images turn ", times, " ± ", sigma,
                  " times as far as the gyroscope: the focal length is taken for so many times as long (corrected)")};
