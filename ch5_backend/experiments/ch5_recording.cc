@@ -20,7 +20,7 @@ namespace {
 constexpr char kUsage[] =
     "usage: ch5_recording FOLDER --out DIR [--policy vins|okvis] [--batch] [--seconds A:B] [--window N]\n"
     "       [--max-features N] [--pixel-sigma S] [--first-estimates none|prior|full] [--estimate-extrinsic]\n"
-    "       [--estimate-time-offset] [--mono] [--strict]\n"
+    "       [--estimate-time-offset] [--keep-focal-length] [--mono] [--strict]\n"
     "Follows the camera and IMU recorded in FOLDER (calibration.yaml, imu.csv, tracks.csv and, to compare with,\n"
     "groundtruth.csv; ch5_backend/GUIDE.md has their format) with both window policies, and writes to DIR: "
     "trajectories in TUM's and EuRoC's format, and\n"
@@ -144,7 +144,7 @@ void Run(const Command& command) {
   const auto is_dead = [](const ch5::RecordingWarning& warning) { return warning.name == "gyroscope_dead"; };
   if (std::none_of(readings.begin(), readings.end(), is_dead)) {  // else nothing can be compared with the images
     ch5::RecordingWarnings doubts = ch5::CheckMeasurements(recording, &settings);
-    ch5::CorrectFocalLength(settings.estimator.time_offset, &doubts, &recording);
+    if (settings.corrects_focal_length) ch5::CorrectFocalLength(settings.estimator.time_offset, &doubts, &recording);
     warn(doubts);
     warn(ch5::CheckClock(recording, &settings));
   }

@@ -12,7 +12,7 @@ namespace ch5 {
 namespace {
 
 constexpr const char* kNames[] = {"policy", "first_estimates", "window", "max_features", "seconds", "pixel_sigma"};
-constexpr const char* kFlags[] = {"estimate_extrinsic", "estimate_time_offset", "mono"};
+constexpr const char* kFlags[] = {"estimate_extrinsic", "estimate_time_offset", "keep_focal_length", "mono"};
 
 std::string OptionOf(std::string name) {
   std::replace(name.begin(), name.end(), '_', '-');
@@ -48,6 +48,8 @@ void OdometrySettings::Set(const std::string& name, const std::string& word) {
   } else if (name == "estimate_time_offset") {
     estimator.estimate_time_offset = flag();
     finds_clock = false;
+  } else if (name == "keep_focal_length") {
+    corrects_focal_length = !flag();
   } else if (name == "mono") {
     mono = flag();
   } else if (name == "first_estimates") {
