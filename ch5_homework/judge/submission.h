@@ -5,17 +5,33 @@
 #include <map>
 #include <memory>
 #include <string>
-#include <tuple>
 #include <vector>
 
-#include "ch5_backend/consistency/gauge_freedom.h"
-#include "ch5_backend/dense/blocks/plain_block_solver.h"
-#include "ch5_backend/dense/problem.h"
-#include "ch5_backend/marginalize/marginalization_error.h"
-#include "ch5_backend/marginalize/marginalization_info.h"
-#include "ch5_backend/open_tasks/open_tasks.h"
-#include "ch5_backend/simulate/mono_ba.h"
-#include "ch5_backend/window/vins_window.h"
+#include "ch5_backend/math/eigen_types.h"
+
+// Names alone: who calls the functions of a stage includes its header.
+namespace ch5 {
+class Graph;
+class MarginalizationError;
+class MarginalizationInfo;
+class PlainBlockSolver;
+class Problem;
+class Vertex;
+enum class Failure;
+enum class GaugeGroup;
+enum class MarginalizationFlag;
+struct DampingUpdate;
+struct DropSet;
+struct ImuIncrement;
+struct MarginalizeResult;
+struct MonoBa;
+struct MonoBaScene;
+struct ProjectionJacobians;
+struct RangeTerm;
+struct Transform;
+struct Window;
+using Vertices = std::vector<std::shared_ptr<Vertex>>;
+}  // namespace ch5
 
 namespace ch5::homework {
 
@@ -63,40 +79,6 @@ template <typename Class, typename T, typename... A>
 std::unique_ptr<Class> Make(A... arguments) {
   return std::unique_ptr<Class>(new T(arguments...));
 }
-
-/// Protected members that tests set or read.
-struct OkvisAccess : MarginalizationError {
-  using MarginalizationError::b0_;
-  using MarginalizationError::dense_size_;
-  using MarginalizationError::e0_;
-  using MarginalizationError::H_;
-  using MarginalizationError::J_;
-};
-/// H, J, b₀, e₀ and the size of the dense part.
-inline auto MembersOf(MarginalizationError& term) {
-  using Access = OkvisAccess;
-  return std::tie(term.*(&Access::H_), term.*(&Access::J_), term.*(&Access::b0_), term.*(&Access::e0_),
-                  term.*(&Access::dense_size_));
-}
-struct VinsAccess : MarginalizationInfo {
-  using MarginalizationInfo::A_;
-  using MarginalizationInfo::b_;
-  using MarginalizationInfo::blocks_;
-  using MarginalizationInfo::factors_;
-  using MarginalizationInfo::keep_;
-  using MarginalizationInfo::linearized_jacobians_;
-  using MarginalizationInfo::linearized_residuals_;
-  using MarginalizationInfo::m_;
-  using MarginalizationInfo::n_;
-};
-/// A, J, b, r₀, m, n and the kept ids.
-inline auto MembersOf(MarginalizationInfo& term) {
-  using Access = VinsAccess;
-  return std::tie(term.*(&Access::A_), term.*(&Access::linearized_jacobians_), term.*(&Access::b_),
-                  term.*(&Access::linearized_residuals_), term.*(&Access::m_), term.*(&Access::n_),
-                  term.*(&Access::keep_));
-}
-inline auto& BlocksOf(MarginalizationInfo& term) { return term.*(&VinsAccess::blocks_); }
 
 /// The one under test: the functions that are linked in, unless an option has named another.
 const Submission& Chosen();

@@ -1,5 +1,6 @@
 /// block_solver.cc, stage 7: S's pattern, the system, the step, and the whole minimization.
 
+#include "ch5_backend/dense/blocks/plain_block_solver.h"
 #include "ch5_homework/judge/checks/check.h"
 #include "ch5_homework/judge/scenes/scene.h"
 

@@ -1,5 +1,6 @@
 /// gauge_freedom.cc, stage 4: each function by itself, on the vertices of a scene or on matrices.
 
+#include "ch5_backend/consistency/gauge_freedom.h"
 #include "ch5_homework/judge/checks/check.h"
 #include "ch5_homework/judge/scenes/scene.h"
 

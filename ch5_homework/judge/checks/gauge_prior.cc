@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "ch5_backend/simulate/mono_ba.h"
 #include "ch5_homework/judge/checks/check.h"
 #include "ch5_homework/judge/scenes/bundle.h"
 

@@ -1,10 +1,27 @@
 /// marginalization_error.cc, stage 5: each function on numbers of its own, then the whole term.
 
+#include <tuple>
+
+#include "ch5_backend/marginalize/marginalization_error.h"
 #include "ch5_homework/judge/checks/check.h"
 #include "ch5_homework/judge/scenes/scene.h"
 
 namespace ch5::homework {
 namespace {
+
+// Protected members.
+struct Access : ch5::MarginalizationError {
+  using MarginalizationError::b0_;
+  using MarginalizationError::dense_size_;
+  using MarginalizationError::e0_;
+  using MarginalizationError::H_;
+  using MarginalizationError::J_;
+};
+// H, J, b₀, e₀ and the size of the dense part.
+auto MembersOf(ch5::MarginalizationError& term) {
+  return std::tie(term.*(&Access::H_), term.*(&Access::J_), term.*(&Access::b0_), term.*(&Access::e0_),
+                  term.*(&Access::dense_size_));
+}
 
 void InsertBlock(const Submission& student, const Values& given, Answer* answer) {
   const auto term = student.make_marginalization_error();

@@ -1,5 +1,6 @@
 /// open_tasks.cc, stage 8: four functions of numbers alone.
 
+#include "ch5_backend/open_tasks/open_tasks.h"
 #include "ch5_homework/judge/checks/check.h"
 
 namespace ch5::homework {

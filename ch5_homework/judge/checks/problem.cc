@@ -1,5 +1,6 @@
 /// problem.cc, stages 1.1, 1.2 and 2.
 
+#include "ch5_backend/dense/problem.h"
 #include "ch5_homework/judge/checks/check.h"
 #include "ch5_homework/judge/scenes/scene.h"
 

@@ -2,13 +2,36 @@
 /// and the window after each slide. Edges and vertices are named by their places in the scene.
 
 #include <algorithm>
+#include <tuple>
 
+#include "ch5_backend/marginalize/marginalization_info.h"
+#include "ch5_backend/window/vins_window.h"
 #include "ch5_homework/judge/checks/check.h"
 #include "ch5_homework/judge/scenes/factors.h"
 #include "ch5_homework/judge/scenes/windows.h"
 
 namespace ch5::homework {
 namespace {
+
+// Protected members.
+struct Access : ch5::MarginalizationInfo {
+  using MarginalizationInfo::A_;
+  using MarginalizationInfo::b_;
+  using MarginalizationInfo::blocks_;
+  using MarginalizationInfo::factors_;
+  using MarginalizationInfo::keep_;
+  using MarginalizationInfo::linearized_jacobians_;
+  using MarginalizationInfo::linearized_residuals_;
+  using MarginalizationInfo::m_;
+  using MarginalizationInfo::n_;
+};
+// A, J, b, r₀, m, n and the kept ids.
+auto MembersOf(ch5::MarginalizationInfo& term) {
+  return std::tie(term.*(&Access::A_), term.*(&Access::linearized_jacobians_), term.*(&Access::b_),
+                  term.*(&Access::linearized_residuals_), term.*(&Access::m_), term.*(&Access::n_),
+                  term.*(&Access::keep_));
+}
+auto& BlocksOf(ch5::MarginalizationInfo& term) { return term.*(&Access::blocks_); }
 
 constexpr double kNull = -1.0, kForeign = -2.0;  // in place of a place
 
