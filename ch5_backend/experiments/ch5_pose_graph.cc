@@ -47,6 +47,26 @@ void PrintUnknown(const ch5::G2oFile& graph, const std::string& file) {
   if (graph.unknown.size() > kMost) std::printf("… and %zu more\n", graph.unknown.size() - kMost);
 }
 
+// What was read otherwise than it is written.
+void PrintDoubtsOfReading(const ch5::G2oFile& graph) {
+  if (graph.lists) {
+    std::printf("the last numbers of ODOMETRY and LANDMARK were taken for %s, by their size\n",
+                *graph.lists == ch5::G2oFile::Lists::kRoots ? "square roots of information" : "covariances");
+  }
+  if (graph.repeated > 0) {
+    std::printf("edges that stand twice, with the same numbers, and count twice: %d, the first in line %d\n",
+                graph.repeated, graph.first_repeated);
+  }
+  if (graph.repeated_vertices > 0) {
+    std::printf("vertices that stand again, with the same numbers, and count once: %d, the first in line %d\n",
+                graph.repeated_vertices, graph.first_repeated_vertex);
+  }
+  if (!graph.unended.empty()) std::printf("%s\n", graph.unended.c_str());
+  if (graph.projected > 0) {
+    std::printf("%d information matrices were not positive semi-definite, and were projected\n", graph.projected);
+  }
+}
+
 void PrintStart(const ch5::PoseGraphStudy& study) {
   std::fputs(study.growth.c_str(), stdout);
   std::printf("start: %s;", ch5::NameOf(study.start).c_str());
@@ -88,22 +108,7 @@ void Run(const ch5::PoseGraphOptions& options, const ch5::G2oOptions& reading) {
   const size_t landmarks = ch5::CountLandmarks(graph);
   std::printf("%s: %zu poses, %zu landmarks, %zu edges\n", options.Name().c_str(), graph.ids.size() - landmarks,
               landmarks, edges.size());
-  if (graph.lists) {
-    std::printf("the last numbers of ODOMETRY and LANDMARK were taken for %s, by their size\n",
-                *graph.lists == ch5::G2oFile::Lists::kRoots ? "square roots of information" : "covariances");
-  }
-  if (graph.repeated > 0) {
-    std::printf("edges that stand twice, with the same numbers, and count twice: %d, the first in line %d\n",
-                graph.repeated, graph.first_repeated);
-  }
-  if (graph.repeated_vertices > 0) {
-    std::printf("vertices that stand again, with the same numbers, and count once: %d, the first in line %d\n",
-                graph.repeated_vertices, graph.first_repeated_vertex);
-  }
-  if (!graph.unended.empty()) std::printf("%s\n", graph.unended.c_str());
-  if (graph.projected > 0) {
-    std::printf("%d information matrices were not positive semi-definite, and were projected\n", graph.projected);
-  }
+  PrintDoubtsOfReading(graph);
 
   if (!graph.has_poses) ch5::InitializeAtLeastCost({ch5::PoseGraphStart::kOdometry}, &graph.graph, options.threads);
   std::string doubts = ch5::DoubtsOfMeasurements(graph);

@@ -405,6 +405,13 @@ class PyEstimator : private OneThread {
   ch5::Estimator estimator_;
 };
 
+std::shared_ptr<VertexNumbers> VectorOn(const py::array& x, bool landmark) {
+  const bool fits =
+      py::isinstance<py::array_t<double>>(x) && x.ndim() == 1 && x.writeable() && (x.flags() & py::array::c_style) != 0;
+  if (!fits) throw std::invalid_argument("Vector.on: a writable, contiguous array of float64 of one dimension");
+  return std::make_shared<VertexNumbers>(py::array_t<double>(x), landmark);
+}
+
 void DefineVertices(py::module_& module) {
   using Numbers = Eigen::VectorXd;
   py::class_<ch5::Vertex, std::shared_ptr<ch5::Vertex>>(module, "Vertex", "An unknown.")
@@ -425,16 +432,8 @@ void DefineVertices(py::module_& module) {
              return std::make_shared<VertexNumbers>(copy, landmark);
            }),
            py::arg("x"), py::arg("landmark") = false)
-      .def_static(
-          "on",
-          [](py::array x, bool landmark) {
-            const bool fits = py::isinstance<py::array_t<double>>(x) && x.ndim() == 1 && x.writeable() &&
-                              (x.flags() & py::array::c_style) != 0;
-            if (!fits)
-              throw std::invalid_argument("Vector.on: a writable, contiguous array of float64 of one dimension");
-            return std::make_shared<VertexNumbers>(py::array_t<double>(x), landmark);
-          },
-          py::arg("x"), py::arg("landmark") = false, "In the memory of an array, where solving leaves its result.");
+      .def_static("on", &VectorOn, py::arg("x"), py::arg("landmark") = false,
+                  "In the memory of an array, where solving leaves its result.");
   py::class_<ch5::VertexPose, ch5::Vertex, std::shared_ptr<ch5::VertexPose>>(module, "Pose",
                                                                              "T_W_B: p + dp, q * Exp(dtheta).")
       .def(py::init([](const ch5::Vec3& p, const Eigen::Vector4d& q) {

@@ -162,6 +162,19 @@ Text BelongsElsewhere(const Claim& claim) {
 bool IsHalfOrWhole(double k) { return std::abs(2.0 * k - std::round(2.0 * k)) < 1e-6; }
 
 // Which simple change of the whole matrix explains it; empty if none does.
+// The first or the last row or column alone is wrong: a loop begins too late or ends too soon.
+Text AtAnEdge(const Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic>& wrong) {
+  const auto wrong_row = wrong.rowwise().any().eval(), wrong_column = wrong.colwise().any().transpose().eval();
+  for (const auto& [is_wrong, first, last] :
+       {std::tuple{wrong_row, "matrix.first_row_alone", "matrix.last_row_alone"},
+        {wrong_column, "matrix.first_column_alone", "matrix.last_column_alone"}}) {
+    if (is_wrong.size() < 3 || is_wrong.count() != 1) continue;
+    if (is_wrong[0]) return first;
+    if (is_wrong[is_wrong.size() - 1]) return last;
+  }
+  return {};
+}
+
 Text SymptomOfTheWhole(const Claim& claim) {
   const MatXX &got = claim.got, &expected = claim.expected;
   if (got.isZero(0.0)) return {"matrix.still_zero", {{"variable", Called(claim)}}};
@@ -198,15 +211,7 @@ Text SymptomOfTheWhole(const Claim& claim) {
   }
   if (const Text elsewhere = BelongsElsewhere(claim); !elsewhere.empty()) return elsewhere;
   if (SameNumbersElsewhere(got, expected, kMistakeMatch)) return "matrix.wrong_places";
-  const auto wrong_row = wrong.rowwise().any().eval(), wrong_column = wrong.colwise().any().transpose().eval();
-  for (const auto& [is_wrong, first, last] :
-       {std::tuple{wrong_row, "matrix.first_row_alone", "matrix.last_row_alone"},
-        {wrong_column, "matrix.first_column_alone", "matrix.last_column_alone"}}) {
-    if (is_wrong.size() < 3 || is_wrong.count() != 1) continue;
-    if (is_wrong[0]) return first;
-    if (is_wrong[is_wrong.size() - 1]) return last;
-  }
-  return {};
+  return AtAnEdge(wrong);
 }
 
 // What can be said of a wrong matrix that no typical mistake explains.

@@ -193,6 +193,13 @@ MatXX GramScaledBy(const MatXX& H, const VecX& p) {
   return J.transpose() * J;
 }
 
+// The formula's slips are of J = (P U S^½)ᵀ; e0 may be right for another J.
+bool IsOfAnotherJ(const right::SquareRoot& right, const MatXX& J, const VecX& Jte0) {
+  const VecX minus_b0 = Value(right.Jte0.right);
+  const bool is_multiple = std::abs(minus_b0.dot(Jte0)) > (1.0 - 1e-9) * minus_b0.norm() * Jte0.norm();
+  return !is_multiple && !Equal(J.cwiseAbs(), Value(right.Jte0.beside.back()).cwiseAbs(), 1e-6);
+}
+
 void CheckUpdate(const MatXX& H, const VecX& b0, const Names& names, const Text& scene) {
   const Answer got = Ask("UpdateErrorComputation", {{"H", H}, {"b0", b0}});
   const MatXX J_before = got["J_before"], e0_before = got["e0_before"], J = got["J"];  // before: 5 H and 3 b0 are given
@@ -227,11 +234,7 @@ void CheckUpdate(const MatXX& H, const VecX& b0, const Names& names, const Text&
   const Text of_an_earlier_call("matrix.of_an_earlier_call", {{"variable", Word(std::string("J_pinv_T"))}});
   Mistakes in_Jte0{kept("e0_", e0, e0_before, Jte0),
                    {"5.3", of_an_earlier_call, -p_inverse.cwiseProduct(b0) / std::sqrt(5.0)}};
-  const VecX minus_b0 = Value(right.Jte0.right);
-  const bool is_multiple = std::abs(minus_b0.dot(VecX(Jte0))) > (1.0 - 1e-9) * minus_b0.norm() * Jte0.norm();
-  if (!is_multiple && !Equal(J.cwiseAbs(), Value(right.Jte0.beside.back()).cwiseAbs(), 1e-6)) {
-    in_Jte0.push_back({"5.3", "5.e0_of_another_J", Jte0});  // the formula's slips are of J = (P U S^½)ᵀ
-  }
+  if (IsOfAnotherJ(right, J, Jte0)) in_Jte0.push_back({"5.3", "5.e0_of_another_J", Jte0});
   Require({{"5.JTJ_is_H", {{"scene", scene}}}, "5.3", "J_", names, 1e-9, in_JtJ}, right.JtJ, JtJ);
   Require({{"5.JTe0_is_minus_b0", {{"scene", scene}}}, "5.3", "e0_", names, 1e-8, in_Jte0}, right.Jte0, Jte0);
 }

@@ -134,6 +134,20 @@ TEST(Stage6, FactorsASystemWithFreeDirections) {  // position and yaw: four eige
 
 // ---- 6f GetParameterBlocks ----------------------------------------------------------------------------------------
 
+// kept: before the window slides; right: after it, when another vertex has taken the first one's place.
+void CheckVerticesOfPrior(const VertexList& got, const VertexList& kept, const VertexList& right) {
+  if (got == right) return;
+  const bool forgotten = got == kept,
+             in_another_order = std::is_permutation(got.begin(), got.end(), right.begin(), right.end());
+  Fail({Text("6.priors_vertices", {{"taker", Word(right[0]->Name())}, {"vertex", Word(kept[0]->Name())}}),
+        Text("6.vertices_one_first", {{"n", Word(right.size())}}),
+        forgotten ? "6.vertices_before_shift" : Text("6.others", {{"n", Word(got.size())}}),
+        forgotten          ? "6.shift_forgotten"
+        : in_another_order ? "6.prior_in_another_order"
+                           : "6.unshifted_stays",
+        "6f"});
+}
+
 TEST(Stage6, PriorStandsOnTheShiftedBlocks) {
   FactorScene scene;
   const auto kept = scene.Kept();
@@ -148,15 +162,7 @@ TEST(Stage6, PriorStandsOnTheShiftedBlocks) {
   for (const auto& vertex : scene.free) vertex->Plus(later.data());
   auto right = kept;
   right[0] = taker;
-  if (got != right) {
-    Fail({Text("6.priors_vertices", {{"taker", Word(taker->Name())}, {"vertex", Word(kept[0]->Name())}}),
-          Text("6.vertices_one_first", {{"n", Word(right.size())}}),
-          got == kept ? "6.vertices_before_shift" : Text("6.others", {{"n", Word(got.size())}}),
-          got == kept                                                               ? "6.shift_forgotten"
-          : std::is_permutation(got.begin(), got.end(), right.begin(), right.end()) ? "6.prior_in_another_order"
-                                                                                    : "6.unshifted_stays",
-          "6f"});
-  }
+  CheckVerticesOfPrior(got, kept, right);
   for (size_t k = 0; k < kept.size(); ++k) {
     const std::string name = Numbered("x0", k);
     const bool is_there = prior.Has(name);

@@ -203,6 +203,9 @@ Recording SimulatedOdometryRecording(uint64_t seed) {
   return SimulateInRoom(path, 1000, options, seed);
 }
 
+// The image of the k-th spectrum: they are spread over the second half, the last one at the end.
+static size_t DueImage(size_t k, size_t images) { return images / 2 + (k + 1) * images / (2 * kSpectra); }
+
 OdometryStudy RunOdometryStudy(Recording recording, const std::function<void(const std::string&, double)>& progress,
                                const OdometrySettings& settings, bool batch, bool film) {
   OdometryStudy study;
@@ -229,9 +232,7 @@ OdometryStudy RunOdometryStudy(Recording recording, const std::function<void(con
       const Window& window = estimator.GetWindow();
       if (!row.report.state || !window.prior) return;
       AppendGauge(name, row.t, window, &study.gauge);
-      // They are spread over the second half, the last one at the end.
-      const size_t due = frames.size() / 2 + (spectra + 1) * frames.size() / (2 * kSpectra);
-      if (spectra == kSpectra || image + 1 < due) return;
+      if (spectra == kSpectra || image + 1 < DueImage(spectra, frames.size())) return;
       AppendSpectrum(name, row.t, window, &study.spectrum);
       ++spectra;
     };

@@ -336,8 +336,8 @@ void TermsOfOtherCounts(const View& v) {
   VecX counts = CountsIn(v.got, terms), times(n);
   std::vector<Expression> parts;
   std::vector<double> factors;
-  Index wrong = -1;
-  int wrong_ones = 0, odd_ones = 0;
+  std::vector<Index> wrong;
+  int odd_ones = 0;
   for (Index k = 0; k < n; ++k) {
     const Term& term = terms[static_cast<size_t>(k)];
     double& count = counts[k];
@@ -347,23 +347,19 @@ void TermsOfOtherCounts(const View& v) {
     if (!is_half && std::abs(count / term.factor - 1.0) < 1e-3) return;  // that is no count, but another small error
     odd_ones += !is_half;
     times[k] = count / term.factor + 0.0;  // no −0
-    if (count != term.factor) {
-      ++wrong_ones;
-      wrong = k;
-    }
+    if (count != term.factor) wrong.push_back(k);
     if (count == 0.0) continue;
     parts.push_back(term.x);
     factors.push_back(count);
   }
-  if (parts.empty() || (odd_ones > 0 && wrong_ones > 1) || times.cwiseAbs().maxCoeff() > kMostTimes) return;
+  if (parts.empty() || (odd_ones > 0 && wrong.size() > 1) || times.cwiseAbs().maxCoeff() > kMostTimes) return;
   if ((times.array() == times[0]).all()) return;  // of the whole that is said elsewhere
   const Expression instead = Sum(parts, factors);
-  if (wrong_ones == 1) {
-    const std::string term = NameOf(terms[static_cast<size_t>(wrong)].x);
-    v.report(
-        Say(WasShown(v, static_cast<size_t>(wrong), terms.size()) ? "formula.term_times_here" : "formula.term_times",
-            {{"term", term}, {"k", Number(times[wrong])}}),
-        instead);
+  if (wrong.size() == 1) {
+    const Index k = wrong[0];
+    v.report(Say(WasShown(v, static_cast<size_t>(k), terms.size()) ? "formula.term_times_here" : "formula.term_times",
+                 {{"term", NameOf(terms[static_cast<size_t>(k)].x)}, {"k", Number(times[k])}}),
+             instead);
   } else {
     v.report(Say("formula.combination", {{"this", NameOf(instead)}, {"that", NameOf(v.x)}}), instead);
   }
