@@ -106,7 +106,8 @@ void MovePointsOutOfCameras(BalProblem* problem) {
   }
 }
 
-// Of the camera farthest from each point that sees it; the point itself if none does.
+}  // namespace
+
 std::vector<Vec3> FarthestCenters(const BalProblem& problem) {
   std::vector<Vec3> centers, farthest = problem.points;
   for (const Vec9& camera : problem.cameras) centers.push_back(CameraCenter(camera));
@@ -117,8 +118,6 @@ std::vector<Vec3> FarthestCenters(const BalProblem& problem) {
   }
   return farthest;
 }
-
-}  // namespace
 
 BalProblem ReadBal(const std::string& path, std::vector<LeftOut>* left_out) {
   constexpr int kMost = std::numeric_limits<int>::max();

@@ -29,6 +29,10 @@ std::string FormatBalPly(const BalProblem& problem);
 
 /// c = −Rᵀt.
 Vec3 CameraCenter(const Vec9& camera);
+
+/// The center of the camera farthest from each point that sees it, where the point's ray begins; the point if none does.
+std::vector<Vec3> FarthestCenters(const BalProblem& problem);
+
 /// Columns: to the right, up, and into the picture, in the world's frame; a BAL camera looks along its −z.
 Mat33 CameraAxes(const Vec9& camera);
 

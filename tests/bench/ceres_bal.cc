@@ -82,12 +82,7 @@ class OnRay : public ceres::Manifold {
 
 // From the farthest camera that sees it, as BuildBal does.
 void PutOnRays(const BalProblem& start, BalProblem* states, ceres::Problem* problem) {
-  std::vector<Vec3> anchors = start.points;
-  for (const BalObservation& seen : start.observations) {
-    const auto point = static_cast<size_t>(seen.point);
-    const Vec3 &p_W = start.points[point], center = CameraCenter(start.cameras[static_cast<size_t>(seen.camera)]);
-    if ((center - p_W).squaredNorm() > (anchors[point] - p_W).squaredNorm()) anchors[point] = center;
-  }
+  const std::vector<Vec3> anchors = FarthestCenters(start);
   for (size_t i = 0; i < anchors.size(); ++i) {
     double* point = states->points[i].data();
     if (problem->HasParameterBlock(point)) problem->SetManifold(point, new OnRay(anchors[i]));
