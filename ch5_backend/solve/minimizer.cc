@@ -91,10 +91,21 @@ class Run {
     }
   }
 
-  // One heavy edge may make the first gradient so large that beside it all the others count as zero.
+  // One heavy edge, or a start far away, may make the first gradient so large that beside it all the others count as zero: a
+  // minimum is told by what is left alone. A step of x_i alone, b_i/H_ii, promises ½ b_i²/H_ii; a valley, which such steps
+  // cross, by what the last step has gained along it.
   bool IsLowInEachDirection() const {
-    constexpr double kOfCost = 1e-6;
-    return GreatestPromise() <= std::max(kOfCost * cost_, kRounding * summary_.initial_cost);
+    constexpr double kOfCost = 1e-6, kGained = 1e-4;
+    const Eigen::ArrayXd b = system_->RightHandSide().array().abs(), H_ii = system_->HessianDiagonal().array();
+    const Eigen::Array<bool, Eigen::Dynamic, 1> is_near = b <= SmallStep() * H_ii;
+    if (last_decrease_ > kGained * cost_) return is_near.all();
+    return (is_near || 0.5 * b.square() <= kOfCost * cost_ * H_ii).all();
+  }
+
+  // The least step that counts.
+  double SmallStep() const {
+    const double tolerance = options_.step_tolerance, size = system_->StateNorm();
+    return std::max(tolerance * (size + tolerance), kRounding * size);
   }
 
   // max ½ b_i²/H_ii: what the model promises for a step of x_i alone, whatever the damping.
@@ -110,8 +121,8 @@ class Run {
   // Tries steps until one lowers the cost, or a rule ends the run. Textbook Gauss-Newton accepts every step.
   void TrySteps() {
     const bool takes_all = options_.algorithm == Algorithm::kGaussNewton;
-    const double tolerance = options_.step_tolerance, size = system_->StateNorm();
-    yardstick_ = std::max(tolerance * (size + tolerance), kRounding * size);
+    const double size = system_->StateNorm();
+    yardstick_ = SmallStep();
     bool solved = false;
     for (info_.trials = 1; info_.trials <= options_.max_trials; ++info_.trials) {
       info_.lambda = strategy_->Parameter();
@@ -140,8 +151,23 @@ class Run {
     }
     if (BecomesExact() || BecomesDamped()) return;
     if (solved) return Stop(Termination::kNoDecrease, "no step lowered the cost below ", cost_);
-    Stop(Termination::kLinearSolverFailed, "H + lambda D is not positive definite at lambda = ", info_.lambda,
-         "; is a gauge free, or a landmark seen too little?");
+    StopWithoutStep();
+  }
+
+  // Where the diagonal's entries are so far apart that the least are lost beside the largest, no damping helps.
+  void StopWithoutStep() {
+    constexpr double kApart = 1e20;
+    const VecX H_ii = system_->HessianDiagonal();
+    const double least = H_ii.minCoeff(), most = H_ii.maxCoeff();
+    std::ostringstream why;
+    if (least > 0.0 && most > kApart * least) {
+      why << "H's diagonal goes from " << least << " to " << most
+          << ": does a point lie in the plane of its camera, or is a weight far too large?";
+    } else {
+      why << "is a gauge free, or a landmark seen too little?";
+    }
+    Stop(Termination::kLinearSolverFailed, "H + lambda D is not positive definite at lambda = ", info_.lambda, "; ",
+         why.str());
   }
 
   // A step too small to change x has not lowered the cost. That alone proves no minimum: the gradient must be low too, or the
@@ -213,10 +239,10 @@ class Run {
   }
 
   void Accept(double new_cost, double predicted) {
-    const double decrease = cost_ - new_cost;
+    const double decrease = last_decrease_ = cost_ - new_cost;
     strategy_->Accepted(info_.gain_ratio);
-    // Cost first: a zero cost cannot fall further, and a tiny fraction of the first cost counts as zero.
-    if (new_cost <= 1e-28 * summary_.initial_cost) {
+    // Cost first: a zero cost cannot fall further.
+    if (new_cost == 0.0) {
       Stop(Termination::kCostConverged, "the cost fell by ", decrease, " of ", cost_);
     } else if (decrease == 0.0) {
       StopAtTheSameCost(predicted);
@@ -311,6 +337,7 @@ class Run {
   IterationInfo info_{0, 0.0, kNoStep, kNoStep, kNoStep};
   VecX delta_x_;
   double cost_ = 0.0;
+  double last_decrease_ = 0.0;  // of the cost, by the last step
   double first_gradient_max_ = 0.0;
   double yardstick_ = 0.0;    // a step of x that counts as small
   bool has_hessian_ = false;  // of the states that were evaluated last

@@ -86,11 +86,56 @@ TEST(StopRules, EachEndsTheRunWhereItShould) {
   ExpectStop(Minimize(&bad_cost), Termination::kNotFinite, false);
 }
 
+// A point just before a camera costs 1e25 px² or 1e30: beside that 10 is nothing, but a promise of 36/8 is nearly half of it.
+TEST(StopRules, AStartFarAwayDoesNotPassForAMinimum) {
+  for (const double first : {1e25, 1e30}) {
+    ScriptedSystem system = OneUnknown(4.0, 6e12, {first, 10.0, 8.0});
+    system.later_b_ = 1e-12;
+    SolveOptions options;
+    options.algorithm = Algorithm::kLevenbergMarquardt;
+    options.max_iterations = 2;
+    const Summary summary = Minimize(&system, options);
+    ExpectStop(summary, Termination::kMaxIterations, false);
+    EXPECT_EQ(summary.final_cost, 8.0);
+  }
+}
+
+// Each direction alone promises 0.001²/8, far below 10, but the last step has gained 2: there is more along the valley.
+TEST(StopRules, AValleyAlongWhichTheCostStillFallsIsNoMinimum) {
+  for (const double cost : {12.0, 10.0005}) {
+    ScriptedSystem system = OneUnknown(4.0, 6e12, {cost, 10.0, 8.0});
+    system.later_b_ = 0.001 / 6e12;
+    SolveOptions options;
+    options.algorithm = Algorithm::kLevenbergMarquardt;
+    options.max_iterations = 2;
+    options.cost_tolerance = options.step_tolerance = 0.0;
+    ExpectStop(Minimize(&system, options), cost > 11.0 ? Termination::kMaxIterations : Termination::kGradientConverged,
+               cost < 11.0);
+  }
+}
+
+// 3 · 1e-8 / 4 is a step that does not count, however little it would leave of a cost that is nothing but rounding.
+TEST(StopRules, NearAPerfectFitTheStepDecides) {
+  ScriptedSystem system = OneUnknown(4.0, 600.0, {1e4, 1e-16});
+  system.later_b_ = 5e-11;
+  SolveOptions options;
+  options.algorithm = Algorithm::kLevenbergMarquardt;
+  const Summary summary = Minimize(&system, options);
+  ExpectStop(summary, Termination::kGradientConverged, true);
+  EXPECT_EQ(summary.iterations, 1);
+}
+
 TEST(StopRules, LinearSolverFailed) {
   for (const Algorithm algorithm : {Algorithm::kGaussNewton, Algorithm::kLevenbergMarquardt, Algorithm::kDogleg}) {
     ScriptedSystem system = OneUnknown(4.0, 6.0, {10.0, 8.0});
     system.solvable_from_ = 1e300;
-    ExpectStop(Minimize(&system, WithoutStopRules(algorithm, 20)), Termination::kLinearSolverFailed, false);
+    const Summary summary = Minimize(&system, WithoutStopRules(algorithm, 20));
+    ExpectStop(summary, Termination::kLinearSolverFailed, false);
+    EXPECT_NE(summary.message.find("is a gauge free"), std::string::npos) << summary.message;
+    ScriptedSystem apart(Vec2(1e40, 1.0).asDiagonal(), Vec2(6.0, 6.0), {10.0, 8.0});
+    apart.solvable_from_ = 1e300;
+    const std::string message = Minimize(&apart, WithoutStopRules(algorithm, 20)).message;
+    EXPECT_NE(message.find("goes from 1 to 1e+40: does a point lie in the plane"), std::string::npos) << message;
   }
 }
 

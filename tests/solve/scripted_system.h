@@ -16,7 +16,10 @@ class ScriptedSystem : public NormalEquations {
   void SetOrdering() override {}
   int Size() const override { return static_cast<int>(b_.size()); }
   double Cost() override { return costs_[std::min(next_++, costs_.size() - 1)]; }
-  void MakeHessian() override { ++hessians_, hessian_at_ = x_; }
+  void MakeHessian() override {
+    if (hessians_++ > 0) b_ *= later_b_;
+    hessian_at_ = x_;
+  }
   bool MakeHessianAndCost(double* cost) override {
     if (!one_pass_) return false;
     MakeHessian();
@@ -39,6 +42,7 @@ class ScriptedSystem : public NormalEquations {
   double RefineLandmarks(int) override { return refined_.at(static_cast<size_t>(refinements_++)); }
 
   double solvable_from_ = 0.0, state_norm_ = 1.0;
+  double later_b_ = 1.0;  // the factor on b from one Hessian to the next
   bool one_pass_ = false, suits_dogleg_ = false;
   int hessians_ = 0, solves_with_old_hessian_ = 0, refinements_ = 0;
   std::vector<double> refined_;
