@@ -14,6 +14,7 @@ namespace {
 // A smaller change of the cost, relative to it, is lost in its last digit: any smaller one is rounding noise.
 constexpr double kRounding = std::numeric_limits<double>::epsilon();
 constexpr double kVisible = 1e-10;  // of the cost: what a change of it must exceed to be more than rounding
+constexpr double kOfCost = 1e-6;    // a coordinate that promises less is low
 
 // Line 0 of the trace, the start, knows no damping, gain or step.
 constexpr double kNoStep = std::numeric_limits<double>::quiet_NaN();
@@ -80,7 +81,7 @@ class Run {
       if (info_.gradient_max <= options_.gradient_tolerance * first_gradient_max_ && IsLowInEachDirection()) {
         return Stop(Termination::kGradientConverged, "max|b| = ", info_.gradient_max, " from ", first_gradient_max_);
       }
-      if (iteration > 0 && info_.step_norm <= yardstick_ && IsLowInEachDirection()) {
+      if (iteration > 0 && info_.step_norm <= yardstick_ && GreatestPromise() <= kOfCost * cost_) {
         return Stop(Termination::kStepConverged, "|dx| = ", info_.step_norm);
       }
       if (options_.max_iterations <= 0) return Stop(Termination::kMaxIterations, "none was allowed");
@@ -95,7 +96,7 @@ class Run {
   // minimum is told by what is left alone. A step of x_i alone, b_i/H_ii, promises ½ b_i²/H_ii; a valley, which such steps
   // cross, by what the last step has gained along it.
   bool IsLowInEachDirection() const {
-    constexpr double kOfCost = 1e-6, kGained = 1e-4;
+    constexpr double kGained = 1e-4;
     const Eigen::ArrayXd b = system_->RightHandSide().array().abs(), H_ii = system_->HessianDiagonal().array();
     const Eigen::Array<bool, Eigen::Dynamic, 1> is_near = b <= SmallStep() * H_ii;
     if (last_decrease_ > kGained * cost_) return is_near.all();
