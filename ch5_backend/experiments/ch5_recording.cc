@@ -127,6 +127,18 @@ void RequireAStart(const ch5::OdometryStudy& study, size_t images) {
   throw std::invalid_argument(message);
 }
 
+// Focal length and clock, by the images' turns beside the gyroscope's; a dead one tells nothing.
+ch5::RecordingWarnings CompareWithImages(const ch5::RecordingWarnings& readings, ch5::Recording* recording,
+                                         ch5::OdometrySettings* settings) {
+  const auto is_dead = [](const ch5::RecordingWarning& warning) { return warning.name == "gyroscope_dead"; };
+  if (std::any_of(readings.begin(), readings.end(), is_dead)) return {};
+  ch5::RecordingWarnings warnings = ch5::CheckMeasurements(*recording, settings);
+  if (settings->corrects_focal_length) ch5::CorrectFocalLength(settings->estimator.time_offset, &warnings, recording);
+  const ch5::RecordingWarnings clock = ch5::CheckClock(*recording, settings);
+  warnings.insert(warnings.end(), clock.begin(), clock.end());
+  return warnings;
+}
+
 void Run(const Command& command) {
   std::vector<ch5::LeftOut> left_out;
   std::vector<int> imu_lines;
@@ -141,13 +153,7 @@ void Run(const Command& command) {
   warn(CheckFiles(left_out, recording.clock_steps, extras.not_used));
   warn(readings);
   warn(ch5::CheckNoise(&recording, &settings));
-  const auto is_dead = [](const ch5::RecordingWarning& warning) { return warning.name == "gyroscope_dead"; };
-  if (std::none_of(readings.begin(), readings.end(), is_dead)) {  // else nothing can be compared with the images
-    ch5::RecordingWarnings doubts = ch5::CheckMeasurements(recording, &settings);
-    if (settings.corrects_focal_length) ch5::CorrectFocalLength(settings.estimator.time_offset, &doubts, &recording);
-    warn(doubts);
-    warn(ch5::CheckClock(recording, &settings));
-  }
+  warn(CompareWithImages(readings, &recording, &settings));
   const ch5::OutputFolder made(command.out);
   std::printf("%zu images, %zu IMU measurements, %.1f s\n\n", recording.images.size(), recording.imu.size(),
               recording.images.back().t - recording.images.front().t);
