@@ -243,11 +243,10 @@ class Run {
     const double decrease = last_decrease_ = cost_ - new_cost;
     strategy_->Accepted(info_.gain_ratio);
     // Cost first: a zero cost cannot fall further.
-    if (new_cost == 0.0) {
-      Stop(Termination::kCostConverged, "the cost fell by ", decrease, " of ", cost_);
-    } else if (decrease == 0.0) {
+    const bool is_little = std::abs(decrease) <= options_.cost_tolerance * cost_;
+    if (decrease == 0.0 && new_cost != 0.0) {
       StopAtTheSameCost(predicted);
-    } else if (std::abs(decrease) <= options_.cost_tolerance * cost_ && !IsHeldBack(decrease)) {
+    } else if (new_cost == 0.0 || (is_little && !IsHeldBack(decrease))) {
       Stop(Termination::kCostConverged, "the cost fell by ", decrease, " of ", cost_);
     } else if (predicted <= kRounding * cost_ && !IsHeldBack(predicted)) {
       StopBelowRounding(predicted);
