@@ -98,14 +98,14 @@ class Run {
   bool IsLowInEachDirection() const {
     constexpr double kGained = 1e-4;
     const Eigen::ArrayXd b = system_->RightHandSide().array().abs(), H_ii = system_->HessianDiagonal().array();
-    const Eigen::Array<bool, Eigen::Dynamic, 1> is_near = b <= SmallStep() * H_ii;
+    const Eigen::Array<bool, Eigen::Dynamic, 1> is_near = b <= SmallStep(system_->StateNorm()) * H_ii;
     if (last_decrease_ > kGained * cost_) return is_near.all();
     return (is_near || 0.5 * b.square() <= kOfCost * cost_ * H_ii).all();
   }
 
-  // The least step that counts.
-  double SmallStep() const {
-    const double tolerance = options_.step_tolerance, size = system_->StateNorm();
+  // The least step that counts where ‖x‖ is this.
+  double SmallStep(double size) const {
+    const double tolerance = options_.step_tolerance;
     return std::max(tolerance * (size + tolerance), kRounding * size);
   }
 
@@ -123,7 +123,7 @@ class Run {
   void TrySteps() {
     const bool takes_all = options_.algorithm == Algorithm::kGaussNewton;
     const double size = system_->StateNorm();
-    yardstick_ = SmallStep();
+    yardstick_ = SmallStep(size);
     bool solved = false;
     for (info_.trials = 1; info_.trials <= options_.max_trials; ++info_.trials) {
       info_.lambda = strategy_->Parameter();
@@ -160,15 +160,12 @@ class Run {
     constexpr double kApart = 1e20;
     const VecX H_ii = system_->HessianDiagonal();
     const double least = H_ii.minCoeff(), most = H_ii.maxCoeff();
-    std::ostringstream why;
+    const char* words = "H + lambda D is not positive definite at lambda = ";
     if (least > 0.0 && most > kApart * least) {
-      why << "H's diagonal goes from " << least << " to " << most
-          << ": does a point lie in the plane of its camera, or is a weight far too large?";
-    } else {
-      why << "is a gauge free, or a landmark seen too little?";
+      return Stop(Termination::kLinearSolverFailed, words, info_.lambda, "; H's diagonal goes from ", least, " to ",
+                  most, ": does a point lie in the plane of its camera, or is a weight far too large?");
     }
-    Stop(Termination::kLinearSolverFailed, "H + lambda D is not positive definite at lambda = ", info_.lambda, "; ",
-         why.str());
+    Stop(Termination::kLinearSolverFailed, words, info_.lambda, "; is a gauge free, or a landmark seen too little?");
   }
 
   // A step too small to change x has not lowered the cost. That alone proves no minimum: the gradient must be low too, or the

@@ -161,7 +161,6 @@ Text BelongsElsewhere(const Claim& claim) {
 
 bool IsHalfOrWhole(double k) { return std::abs(2.0 * k - std::round(2.0 * k)) < 1e-6; }
 
-// Which simple change of the whole matrix explains it; empty if none does.
 // The first or the last row or column alone is wrong: a loop begins too late or ends too soon.
 Text AtAnEdge(const Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic>& wrong) {
   const auto wrong_row = wrong.rowwise().any().eval(), wrong_column = wrong.colwise().any().transpose().eval();
@@ -175,6 +174,7 @@ Text AtAnEdge(const Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic>& wrong) {
   return {};
 }
 
+// Which simple change of the whole matrix explains it; empty if none does.
 Text SymptomOfTheWhole(const Claim& claim) {
   const MatXX &got = claim.got, &expected = claim.expected;
   if (got.isZero(0.0)) return {"matrix.still_zero", {{"variable", Called(claim)}}};

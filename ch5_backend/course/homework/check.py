@@ -134,11 +134,16 @@ def with_namesake(verdict: Verdict, file: str) -> Verdict:
 
 def judge_stage(stage: dict, options) -> Verdict:
     executable, content = BIN / target(stage["file"]), blanks.content_of(folder() / stage["file"])
-    verdict = judge(executable, stage, options=options)
-    tests = every_test(executable, stage, options) if verdict.tests and verdict.state != "right" else verdict.tests
+    verdict, tests = judge_every_test(executable, stage, options)
     verdict = blanks.explain(verdict, stage, content)
     marks = marks_of(stage, verdict, tests, content or b"")
     return verdict._replace(todos={**marks, **marks_alone(stage, content or b"", marks, options)})
+
+
+def judge_every_test(executable: Path, stage: dict, options) -> tuple:
+    """The verdict, which the first test that fails decides, and all tests."""
+    verdict = judge(executable, stage, options=options)
+    return verdict, every_test(executable, stage, options) if verdict.tests and verdict.state != "right" else verdict.tests
 
 
 def marks_of(stage: dict, verdict: Verdict, tests: tuple, content: bytes) -> dict:
@@ -163,8 +168,7 @@ def marks_alone(stage: dict, content: bytes, marks: dict, options) -> dict:
         if build([f"filled_check_{Path(file).stem}"]).returncode:
             return None
         executable = BIN / f"filled_check_{Path(file).stem}"
-        verdict = judge(executable, stage, options=options)
-        return verdict, every_test(executable, stage, options) if verdict.tests and verdict.state != "right" else verdict.tests, filled
+        return *judge_every_test(executable, stage, options), filled
 
     found, empty = {}, [todo for todo in spans if blanks.is_empty(todo, content)]  # of all stages, so that they share a program
     if {*empty} & {*marks} and (judged := judged_with(empty)):
