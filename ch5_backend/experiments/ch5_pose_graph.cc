@@ -54,11 +54,11 @@ void PrintDoubtsOfReading(const ch5::G2oFile& graph) {
                 *graph.lists == ch5::G2oFile::Lists::kRoots ? "square roots of information" : "covariances");
   }
   if (graph.repeated > 0) {
-    std::printf("edges that stand twice, with the same numbers, and count twice: %d, the first in line %d\n",
+    std::printf("edges given twice with the same numbers, and counted twice: %d, the first in line %d\n",
                 graph.repeated, graph.first_repeated);
   }
   if (graph.repeated_vertices > 0) {
-    std::printf("vertices that stand again, with the same numbers, and count once: %d, the first in line %d\n",
+    std::printf("vertices given twice with the same numbers, and counted once: %d, the first in line %d\n",
                 graph.repeated_vertices, graph.first_repeated_vertex);
   }
   if (!graph.unended.empty()) std::printf("%s\n", graph.unended.c_str());

@@ -99,8 +99,7 @@ class Run {
     constexpr double kGained = 1e-4;
     const Eigen::ArrayXd b = system_->RightHandSide().array().abs(), H_ii = system_->HessianDiagonal().array();
     const Eigen::Array<bool, Eigen::Dynamic, 1> is_near = b <= SmallStep(system_->StateNorm()) * H_ii;
-    if (last_decrease_ > kGained * cost_) return is_near.all();
-    return (is_near || 0.5 * b.square() <= kOfCost * cost_ * H_ii).all();
+    return last_decrease_ > kGained * cost_ ? is_near.all() : (is_near || Promises() <= kOfCost * cost_).all();
   }
 
   // The least step that counts where ‖x‖ is this.
@@ -109,15 +108,13 @@ class Run {
     return std::max(tolerance * (size + tolerance), kRounding * size);
   }
 
-  // max ½ b_i²/H_ii: what the model promises for a step of x_i alone, whatever the damping.
-  double GreatestPromise() const {
-    const VecX &b = system_->RightHandSide(), H_ii = system_->HessianDiagonal();
-    double greatest = 0.0;
-    for (Eigen::Index i = 0; i < b.size(); ++i) {
-      if (b[i] != 0.0) greatest = std::max(greatest, 0.5 * b[i] * b[i] / H_ii[i]);
-    }
-    return greatest;
+  // ½ b_i²/H_ii: what the model promises for a step of x_i alone, whatever the damping.
+  Eigen::ArrayXd Promises() const {
+    const Eigen::ArrayXd b = system_->RightHandSide().array(), H_ii = system_->HessianDiagonal().array();
+    return (b == 0.0).select(0.0, 0.5 * b.square() / H_ii);
   }
+
+  double GreatestPromise() const { return Promises().maxCoeff(); }
 
   // Tries steps until one lowers the cost, or a rule ends the run. Textbook Gauss-Newton accepts every step.
   void TrySteps() {

@@ -123,14 +123,14 @@ class PoseGraphApp(AppTest):
         text = re.sub(r"(?<=VERTEX_SE2 )\d|(?<=EDGE_SE2 )\d|(?<=EDGE_SE2 \d )\d", lambda id: str((ord("x") << 56) + int(id[0])), GOOD)
         done = self.solve(self.write("ids.g2o", text + text.splitlines()[-1] + "\n"), "--out", self.out)
         self.assertIn("pose 8646911284551352325 was held", done.stdout)
-        self.assertIn("count twice: 1, the first in line 8\n", done.stdout)
+        self.assertIn("counted twice: 1, the first in line 8\n", done.stdout)
         self.draw()
 
     def test_what_a_file_has_too_often_or_for_nothing_is_said(self):
         alone = "".join(f"VERTEX_SE2 {i} {i} 2 0.5\n" for i in range(10, 17))
         done = self.solve(self.write("odd.g2o", alone + GOOD.splitlines()[0] + "\n" + GOOD[:-1]), "--out", self.out)
         self.assertIn("without an edge, which stay where the file has them: 7, with the ids 10 11 12 13 14 …\n", done.stdout)
-        self.assertIn("with the same numbers, and count once: 1, the first in line 9\n", done.stdout)
+        self.assertIn("with the same numbers, and counted once: 1, the first in line 9\n", done.stdout)
         self.assertIn('odd.g2o:15: the file ends without a line\'s end; if it is cut, so may be its last number, "1"\n', done.stdout)
         summary = self.summary()
         self.assertEqual([summary[key] for key in ("without_edges", "repeated_vertices", "last_line_unended")], ["7", "1", "1"])

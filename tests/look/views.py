@@ -71,8 +71,18 @@ def show(page, address, ready, width, scheme):
 
 
 def look(page, width, first=""):
-    """A picture of the whole page that is shown; `first` is done in it before."""
+    """A picture of the whole page that is shown; `first` is done in it before. On a busy machine Chromium draws what is far below
+    late: the picture counts once two in a row have the same cells."""
     page.evaluate(f"{first}{ZEROS}; document.querySelector('.bespoke-marp-osc')?.remove(); document.activeElement?.blur(); scrollTo(0, 0)")
+    picture = drawn(page, width)
+    for _ in range(4):
+        before, picture = picture, drawn(page, width)
+        if before.size == picture.size and np.array_equal(cells_of(before), cells_of(picture)):
+            break
+    return picture
+
+
+def drawn(page, width):
     tall = page.evaluate("document.documentElement.scrollHeight")
     picture = Image.new("RGB", (width, tall))
     for top in range(0, tall, PIECE):
