@@ -69,7 +69,8 @@ struct EstimatorOptions {
   /// vertices of its own, which it must add each time. What leaves the window takes its edges along into the prior; a call
   /// that adds nothing changes no bit. An edge at a speed and bias must not be added again once that is null (OKVIS): the
   /// prior has it. Position and yaw of the oldest frame are held during the solve, so a vertex of one's own may be expressed
-  /// in the world; after a restart (Window::segment) that is another world.
+  /// in the world; after a restart (Window::segment) that is another world. The prior freezes where a vertex of one's own was
+  /// linearized, so its edges should be nearly linear in it: turn a map about its first fix, not about an origin far away.
   OwnEdges own_edges = nullptr;
 
   /// @throws OptionError
