@@ -84,6 +84,8 @@ struct Diagnosis {
   std::string todo = {};                           ///< where to read
   std::vector<std::pair<Text, Text>> places = {};  ///< ("row 3", "VertexPose 1, δp.y")
   std::string fingerprint = {};                    ///< of what came (fingerprint.h); empty: Fail makes that of words
+  std::string formula = {};                        ///< in which the cause is a slip; empty if it is none
+  Text symptom = {};                               ///< of such a cause, what is said if another call refutes it
 };
 
 /// Fails the test with a diagnosis, and leaves it. As one line of JSON it is the property "diagnosis" of the test's report,

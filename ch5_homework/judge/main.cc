@@ -1,8 +1,9 @@
 /// The main of all homework checks. It is linked as an object file: a main in the student's file is a link error.
 ///
-///   check_problem [--submission=NAME] [--seed=S] [--quiet] [gtest's options]
+///   check_problem [--submission=NAME] [--seed=S] [--explains=FORMULA=CAUSE] [--quiet] [gtest's options]
 ///   --submission  judges another than the linked functions
 ///   --seed        other random numbers and sizes; the same seed repeats them
+///   --explains    asks whether one slip explains all answers (explains.h)
 ///   --quiet       gtest's printer is silent: what is printed is the student's; verdicts come by --gtest_output=json:
 
 #include <dlfcn.h>
@@ -15,6 +16,7 @@
 #include "ch5_homework/judge/ask.h"
 #include "ch5_homework/judge/checks/check.h"
 #include "ch5_homework/judge/crash.h"
+#include "ch5_homework/judge/explains.h"
 
 namespace {
 
@@ -78,7 +80,8 @@ int main(int argc, char** argv) {
   testing::InitGoogleTest(&argc, argv);
   for (int i = 1; i < argc; ++i) {
     const std::string argument = argv[i];
-    if (ch5::homework::TakeSeed(argument) || ch5::homework::TakeSubmission(argument)) continue;
+    using namespace ch5::homework;
+    if (TakeSeed(argument) || TakeSubmission(argument) || TakeAskedCause(argument)) continue;
     if (argument == "--quiet") {
       testing::TestEventListeners& listeners = testing::UnitTest::GetInstance()->listeners();
       delete listeners.Release(listeners.default_result_printer());

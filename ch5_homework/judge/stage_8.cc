@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <limits>
 
 #include "ch5_backend/math/psd.h"
@@ -59,10 +60,11 @@ void CheckDamping(const std::vector<Trial>& trials, bool accepted, const Names& 
   Require({PartOf(Word("ν"), what), "8a", "next.nu", names}, right.nu, nu);
 }
 
-// A λ that is tiny or huge is no other; all else about it has been right.
+// A λ that is tiny or huge is no other, nor are costs; all else about them has been right.
 void CheckTinyAndHuge(bool accepted) {
   for (const double lambda : {1e-12, 1e12}) {
-    const std::vector<Trial> one{{5.0, accepted ? 3.0 : 6.0, 4.0, lambda, 2.0}};
+    const std::vector<Trial> one{{5.0 * lambda, (accepted ? 3.0 : 6.0) * lambda, 4.0 * lambda, lambda, 2.0}};
+    CheckDecision(one[0], accepted, {"8.with_lambda", {{"lambda", Word(lambda)}}});
     const MatXX got = MatXX::Constant(1, 1, Update(one[0]).lambda);
     const Mistakes limited{{"8a", "8.lambda_limited", got}};
     const right::NextDamping right(one, accepted, VecX::Ones(1));
@@ -107,15 +109,23 @@ TEST(Stage8, ATrialWithoutSenseIsRejected) {
   }
 }
 
+// What is wrong nearer or farther away, and was right twice before.
+Mistakes ByDistance(bool elsewhere, const std::string& todo, const MatXX& got) {
+  return {{todo, "8.distance_limited", elsewhere ? got : MatXX()}};
+}
+
 // ---- 8b, a camera ---------------------------------------------------------------------------------------------------
 
-void CheckView(const Transform& T_W_B, const Transform& T_B_C, const Vec3& p_W, const Text& what) {
+/// @param elsewhere  at another distance than what has been right
+void CheckView(const Transform& T_W_B, const Transform& T_B_C, const Vec3& p_W, const Text& what,
+               bool elsewhere = false) {
   const Answer J = Ask("LinearizeProjection", {{"T_W_B", T_W_B}, {"T_B_C", T_B_C}, {"p_W", p_W}});
   const MatXX point = J.Sized("point", 2, 3), pose = J.Sized("pose", 2, 6);
   const right::Projection right(T_W_B, T_B_C, p_W);
   const auto check = [&](const char* part, const Formula& formula, const MatXX& got, const char* step,
                          const char* variable) {
-    Require({PartOf(part, what), "8b", variable, {Words({"r.x", "r.y"}), Axes(step)}, kTolerance}, formula, got);
+    const Sides names{Words({"r.x", "r.y"}), Axes(step)};
+    Require({PartOf(part, what), "8b", variable, names, kTolerance, ByDistance(elsewhere, "8b", got)}, formula, got);
   };
   check("8.over_point", right.over_point, point, "δp_W", "J.point");
   check("8.over_position", right.over_position, pose.leftCols(3), "δp", "J.pose");
@@ -124,10 +134,12 @@ void CheckView(const Transform& T_W_B, const Transform& T_B_C, const Vec3& p_W, 
 
 TEST(Stage8, TheProjectionIsDifferentiated) {
   Random random(Seed(211));
-  for (int k = 0; k < 4; ++k) {
+  int n = 0;
+  for (const double far : {1.0, 1.0, 0.15, 10.0}) {
     const Transform T_W_B = RandomPose(&random), T_B_C = RandomPose(&random);
-    const Vec3 p_C(random.Uniform(-1, 1), random.Uniform(-1, 1), random.Uniform(2, 4));
-    CheckView(T_W_B, T_B_C, T_W_B.q * (T_B_C.q * p_C + T_B_C.p) + T_W_B.p, {"8.random_view", {{"n", Word(k + 1)}}});
+    const Vec3 p_C = far * Vec3(random.Uniform(-1, 1), random.Uniform(-1, 1), random.Uniform(2, 4));
+    CheckView(T_W_B, T_B_C, T_W_B.q * (T_B_C.q * p_C + T_B_C.p) + T_W_B.p, {"8.random_view", {{"n", Word(++n)}}},
+              far != 1.0);
   }
 }
 
@@ -216,20 +228,25 @@ TEST(Stage8, AnImuStepAddsItsNoise) {
 
 TEST(Stage8, AnImuStepMovesTheCovariance) {
   Random random(Seed(229));
-  for (int k = 0; k < 3; ++k) {
-    CheckCovariance(RandomStep(/*uncertain=*/true, &random), "8.covariance_carried_on");
+  for (const double slow : {1.0, 0.02, 0.0}) {  // how fast it turns, and how long
+    ImuStep step = RandomStep(/*uncertain=*/true, &random);
+    step.w *= slow;
+    if (slow < 1.0) step.dt *= 0.02;
+    CheckCovariance(step, "8.covariance_carried_on");
   }
 }
 
 // ---- 8d, a beacon ---------------------------------------------------------------------------------------------------
 
-void CheckRange(const Transform& T, const Vec3& antenna, const Vec3& beacon, double range, const Text& what) {
+void CheckRange(const Transform& T, const Vec3& antenna, const Vec3& beacon, double range, const Text& what,
+                bool elsewhere = false) {
   const Answer term = Ask("LinearizeRange", {{"T_W_B", T}, {"antenna", antenna}, {"beacon", beacon}, {"range", range}});
   const MatXX J = term.Sized("J", 1, 6);
   const right::Range right(T, antenna, beacon, range);
   const auto check = [&](const char* part, const Formula& formula, const MatXX& got, const char* variable,
                          const Names& columns) {
-    Require({PartOf(part, what), "8d", variable, {Words({"r"}), columns}, kTolerance}, formula, got);
+    const Sides names{Words({"r"}), columns};
+    Require({PartOf(part, what), "8d", variable, names, kTolerance, ByDistance(elsewhere, "8d", got)}, formula, got);
   };
   check("8.range_residual", right.residual, MatXX::Constant(1, 1, term.Number("residual")), "term.residual", {});
   check("8.over_position", right.over_position, J.leftCols(3), "term.J", Axes("δp"));
@@ -240,9 +257,12 @@ TEST(Stage8, TheRangeIsDifferentiated) {
   Random random(Seed(233));
   for (int k = 0; k < 4; ++k) {
     const Transform T = RandomPose(&random);
-    const Vec3 antenna = RandomMatrix(3, 1, &random), beacon = Vec3(4, 0, 0) + Vec3(RandomMatrix(3, 1, &random));
-    const double distance = (T.p + T.q * antenna - beacon).norm();
-    CheckRange(T, antenna, beacon, distance * (k % 2 == 0 ? 0.7 : 1.3), {"8.random_beacon", {{"n", Word(k + 1)}}});
+    const Vec3 antenna = RandomMatrix(3, 1, &random), from = T.p + T.q * antenna;
+    const double far = std::array{1.0, 1.0, 0.1, 8.0}[static_cast<size_t>(k)];
+    const Vec3 beacon = from + far * (Vec3(4, 0, 0) + Vec3(RandomMatrix(3, 1, &random)) - from);
+    const double distance = (from - beacon).norm();
+    CheckRange(T, antenna, beacon, distance * (k % 2 == 0 ? 0.7 : 1.3), {"8.random_beacon", {{"n", Word(k + 1)}}},
+               far != 1.0);
   }
 }
 

@@ -14,6 +14,7 @@ from ch5_backend.course.homework.samples import Sample, read_mistakes, read_samp
 
 CHECK, SIGN, HALF = sentence("scene.H_of", what="a"), sentence("matrix.sign"), sentence("matrix.factor", k="0.5")
 FINGERPRINT = [2, 3, 0.5, -4.0]
+ELSEWHERE = {"id": "formula.starts_at", "i": "0"}
 
 
 def row(name: str, cause: dict, fingerprint=FINGERPRINT, todo: str = "1.1a") -> answers.Row:
@@ -91,6 +92,28 @@ class Seeds(unittest.TestCase):
             self.assertEqual(self.judged(own, Verdict("wrong", diagnosis())), own)
         own = Verdict("wrong", diagnosis([2, 3, 7.0, 7.0]), tests=({"name": "A", "failures": ["…"]},))
         self.assertEqual(self.judged(own, Verdict("right")), own)
+
+
+class OtherCalls(unittest.TestCase):
+    """A slip that explains the first wrong answer is the cause unless another answer refutes it."""
+
+    def judged(self, tests: list, **more) -> tuple:
+        found = Verdict("wrong", {**diagnosis(formula="A − B", symptom=HALF, **more), "cause": more.get("cause", ELSEWHERE)})
+        return judging.with_a_cause_of_all_calls(found, lambda option: self.asked.append(option) or tests).diagnosis["cause"]
+
+    def test_it_is_withdrawn_where_another_answer_refutes_it(self):
+        self.asked = []
+        self.assertEqual(self.judged([{"name": "A"}, {"name": "B"}]), ELSEWHERE)
+        self.assertEqual(self.judged([{"name": "A"}, {"name": "B", "refuted": "true"}]), HALF)
+        self.assertEqual(self.asked, ['--explains=A − B={"id": "formula.starts_at", "i": "0"}'] * 2)
+
+    def test_of_a_named_mistake_of_other_slips_and_of_none_nothing_is_asked(self):
+        self.asked = []
+        self.assertEqual(self.judged([{"refuted": "true"}], judged={}), ELSEWHERE)
+        self.assertEqual(self.judged([{"refuted": "true"}], cause=SIGN), SIGN)  # a slip of few
+        own = Verdict("wrong", diagnosis())
+        self.assertEqual(judging.with_a_cause_of_all_calls(own, self.asked.append), own)
+        self.assertEqual(self.asked, [])
 
 
 class Table(FolderTest):

@@ -75,6 +75,28 @@ TEST(Formula, NamesOneSlip) {
             R"~( {"id": "formula.term_times", "term": "A⁻¹ C x", "k": "3"})~");
 }
 
+TEST(Formula, LooksForAnAskedCauseAlone) {
+  const Solved s;
+  const MatXX got = s.A.inverse() * (s.c() + s.C * s.x);
+  const auto is = [&](const MatXX& answer) { return Equal(got, answer, 1e-9); };
+  const auto finds = [&](const std::string& id) {
+    return FindSlip(s.y, got, is, {}, [&](const Text& cause) { return cause.Json().find(id) != std::string::npos; })
+        .has_value();
+  };
+  EXPECT_TRUE(finds("formula.sign_added"));
+  EXPECT_FALSE(finds("formula.inverse_meant"));
+}
+
+// axes = [z x y] has the yaw's column in its lower triangle.
+TEST(Formula, OfAMatrixThatIsNotSymmetricNobodyTakesATriangle) {
+  const MatXX R = Numbers(3, 3, 0.4), axes = (MatXX(3, 3) << 0, 1, 0, 0, 0, 1, 1, 0, 0).finished();
+  const MatXX lower = axes.triangularView<Eigen::Lower>();
+  EXPECT_EQ(CauseOf({Matrix("R", R) * Matrix("axes", axes)}, R * lower), "");
+  const MatXX symmetric = R * R.transpose(), half = symmetric.triangularView<Eigen::Lower>();
+  EXPECT_EQ(CauseOf({Matrix("R", R) * Matrix("S", symmetric)}, R * half),
+            R"~({"id": "formula.one_triangle_alone", "matrix": "S"})~");
+}
+
 TEST(Formula, NamesASmallMultipleOfI) {
   const Solved s;
   const MatXX rest = s.c() - s.C * s.x, I = MatXX::Identity(3, 3);

@@ -17,7 +17,7 @@ from ..base.language import sentence
 from ..base.processes import running
 from ..base.scratch import scratch
 from . import answers
-from .diagnosis import SHOWN_LINES, Verdict, because
+from .diagnosis import SHOWN_LINES, Verdict, because, cause_of
 
 MOST_WORDS = 2000  # of an exception
 MOST_KEPT = 1 << 20  # bytes of the beginning of what a test prints
@@ -28,6 +28,9 @@ TEST_BEGINS, THROWN = b"\x1eTEST ", b"\x1eTHROWN "  # as main.cc writes them
 TIME_LIMIT = 20.0  # seconds for one stage; the reference needs less than one
 
 SIZES = re.compile(r"\nSIZES ((?:-?\d{1,18} ){13}-?\d{1,18})\n")  # what an assertion of Eigen's knows of sizes (told_sizes.h)
+
+# Slips of which a formula has many: what else may stand for a block, and where else it may be read.
+ONE_OF_MANY = ("formula.stands_for", "formula.starts_at", "formula.starts_at_entry", "formula.from_another_source")
 
 # What Eigen's assertions mean; the first pattern that occurs in the assertion counts.
 ASSERTIONS = [
@@ -72,9 +75,24 @@ def judge(executable: Path, stage: dict, time_limit: float = TIME_LIMIT, options
         return verdict
     usual_options = [option for option in options if not option.startswith("--seed=")]
     usual = verdict if usual_options == list(options) else run(usual_options, True)
-    if failed_in(usual.tests) != failed_in(verdict.tests):
-        return verdict
-    return verdict._replace(diagnosis=answers.named(verdict.diagnosis, usual.diagnosis))
+    if failed_in(usual.tests) == failed_in(verdict.tests):
+        verdict = verdict._replace(diagnosis=answers.named(verdict.diagnosis, usual.diagnosis))
+    return with_a_cause_of_all_calls(verdict, lambda asked: run([*options, asked], False).tests)
+
+
+def with_a_cause_of_all_calls(verdict: Verdict, tests_of) -> Verdict:
+    """A slip in a formula is found in the first wrong answer. If it is one of many that were tried there, one may fit by
+    coincidence: where another wrong answer refutes it, only what is seen is said. Of a mistake with a name of its own this is
+    not asked.
+
+    `tests_of(option)` runs the tests once more, now asking of each answer whether the slip explains it.
+    """
+    known = dict(verdict.diagnosis)
+    formula, symptom = known.pop("formula", ""), known.pop("symptom", "")
+    asked = f"--explains={formula}={answers.as_text(known.get('cause'))}"
+    if formula and cause_of(known) in ONE_OF_MANY and "judged" not in known and any("refuted" in test for test in tests_of(asked)):
+        known["cause"] = symptom
+    return verdict._replace(diagnosis=known)
 
 
 def every_test(executable: Path, stage: dict, options=()) -> tuple:

@@ -56,7 +56,8 @@ void OnlyDiagonal(const View& v) {
 
 void OnlyTriangle(const View& v) {
   const MatXX* const A = Square(v.x);
-  if (A == nullptr || A->rows() == 1 || v.is_whole) return;
+  const bool halves_say_all = A != nullptr && A->isApprox(A->transpose());  // of another matrix nobody takes one
+  if (!halves_say_all || A->rows() == 1 || v.is_whole) return;
   for (const MatXX& half : {MatXX(A->triangularView<Eigen::Upper>()), MatXX(A->triangularView<Eigen::Lower>())}) {
     v.report(Say("formula.one_triangle_alone", {{"matrix", NameOf(v.x)}}), Matrix(NameOf(v.x), half));
   }

@@ -171,10 +171,12 @@ bool IsLate() { return std::clock() - search_began > 5 * CLOCKS_PER_SEC; }
 
 class Search {
  public:
-  /// @param cause  no slip but those with this cause, if it is not null
+  using IsAskedCause = std::function<bool(const Text& cause)>;
+
+  /// @param is_asked  no slip but those with such a cause, unless it is empty
   Search(const Formula& formula, const MatXX& got, const std::function<bool(const MatXX&)>& is,
-         const std::vector<Formula>& earlier, const Text* cause = nullptr)
-      : formula_(formula), got_(got), is_(is), earlier_(earlier), cause_(cause) {}
+         const std::vector<Formula>& earlier, IsAskedCause is_asked)
+      : formula_(formula), got_(got), is_(is), earlier_(earlier), is_asked_(std::move(is_asked)) {}
 
   /// What the first turn of a loop had, in the first call, wherever it is used; a later call may be of another size.
   std::optional<Mistake> Kept(const Expression& way, const Expression& of_first_call) {
@@ -272,7 +274,7 @@ class Search {
 
   bool depends_on_values_ = false;
 
-  bool IsAsked(const Text& cause) const { return cause_ == nullptr || cause.Json() == cause_->Json(); }
+  bool IsAsked(const Text& cause) const { return !is_asked_ || is_asked_(cause); }
 
   /// Whether the slip would have made the answer to an earlier call wrong, which was right.
   bool IsRefuted(const Text& cause) const;
@@ -281,7 +283,7 @@ class Search {
   const MatXX& got_;
   const std::function<bool(const MatXX&)>& is_;
   const std::vector<Formula>& earlier_;
-  const Text* cause_;
+  const IsAskedCause is_asked_;
   std::optional<Mistake> found_;
 };
 
@@ -303,8 +305,10 @@ bool Search::IsRefuted(const Text& cause) const {
       return Equal(answer, right, kSame);
     };
     const std::vector<Expression> ways = WaysOf(one);
-    return std::none_of(ways.begin(), ways.end(),
-                        [&](const Expression& way) { return Search(one, right, stays_right, none, &cause).In(way); }) &&
+    const auto is_cause = [&](const Text& other) { return other.Json() == cause.Json(); };
+    return std::none_of(
+               ways.begin(), ways.end(),
+               [&](const Expression& way) { return Search(one, right, stays_right, none, is_cause).In(way); }) &&
            is_tried;
   });
 }
@@ -329,10 +333,10 @@ Text SharesAt(const Node& assembly, Index row, Index column) {
 }  // namespace
 
 std::optional<Mistake> FindSlip(const Formula& formula, const MatXX& got,
-                                const std::function<bool(const MatXX& answer)>& is,
-                                const std::vector<Formula>& earlier) {
+                                const std::function<bool(const MatXX& answer)>& is, const std::vector<Formula>& earlier,
+                                const std::function<bool(const Text& cause)>& is_asked) {
   search_began = std::clock();
-  Search search(formula, got, is, earlier);
+  Search search(formula, got, is, earlier, is_asked);
   const std::vector<Expression> ways = WaysOf(formula), of_first = WaysOf(earlier.empty() ? formula : earlier[0]);
   for (const Expression& way : ways) {
     if (auto found = search.In(way)) return found;

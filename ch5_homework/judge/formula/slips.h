@@ -42,9 +42,11 @@ struct Formula {
 /// @param is       whether an answer is what the student has
 /// @param earlier  formulas of earlier calls, whose answers were right: a slip that would have shown there is none, and from the
 ///                 first one a static variable may have its value
+/// @param is_asked no slip but those with such a cause, unless it is empty
 std::optional<Mistake> FindSlip(const Formula& formula, const MatXX& got,
                                 const std::function<bool(const MatXX& answer)>& is,
-                                const std::vector<Formula>& earlier = {});
+                                const std::vector<Formula>& earlier = {},
+                                const std::function<bool(const Text& cause)>& is_asked = {});
 
 /// "(3, 4): H_pp gives 2.5, −H_pm H_mm⁻¹ H_mp gives −1": what the terms of a sum give to an entry; nothing of other formulas.
 Text TermsOf(const Expression& x, Eigen::Index row, Eigen::Index column);

@@ -1,7 +1,8 @@
 /// The judge: the stage tests, whose graded functions run in a process of their own, a fresh one for each test.
 ///
-///   homework_judge [--seed=S] [--time-limit=SECONDS] [--quiet] [gtest's options] -- COMMAND…
+///   homework_judge [--seed=S] [--explains=FORMULA=CAUSE] [--time-limit=SECONDS] [--quiet] [gtest's options] -- COMMAND…
 ///   --seed        other random numbers and sizes than the usual ones; the same seed repeats them
+///   --explains    asks whether one slip explains all answers (explains.h)
 ///   --time-limit  of the worker's answers in one test together, 20 s by default
 ///   --quiet       gtest's printer is silent: what is printed is the student's
 ///   COMMAND       starts a worker, in a sandbox as a rule; see worker.cc
@@ -14,6 +15,7 @@
 #include <cstdlib>
 #include <iostream>
 
+#include "ch5_homework/judge/explains.h"
 #include "ch5_homework/judge/remote/remote.h"
 #include "ch5_homework/judge/seed.h"
 #include "ch5_homework/judge/values.h"
@@ -49,7 +51,7 @@ int Judge(int argc, char** argv, const std::vector<std::string>& command) {
     const std::string option = argv[i];
     if (option == "--quiet") {
       delete listeners.Release(listeners.default_result_printer());
-    } else if (!TakeSeed(option) && !TakeTimeLimit(option, &seconds)) {
+    } else if (!TakeSeed(option) && !TakeAskedCause(option) && !TakeTimeLimit(option, &seconds)) {
       std::cerr << argv[0] << ": unknown option " << option << "\n";
       return 2;
     }

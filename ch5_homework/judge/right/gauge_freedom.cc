@@ -4,9 +4,16 @@
 
 namespace ch5::homework::right {
 
+// axes, or by mistake the yaw's alone.
+static Expression AllAxes(const MatXX& axes) {
+  MatXX yaw = axes;
+  yaw.rightCols(axes.cols() - 1).setZero();
+  return MistakenFor(Matrix("axes", axes), {{Matrix("axes", yaw), "4.yaw_alone"}});
+}
+
 PoseRows::PoseRows(const Vec3& p, const Mat33& R_given, const MatXX& axes) {
   const auto hat = [](const char* name, const Vec3& a) { return Matrix(name, Hat(a)); };
-  const Expression R = Matrix("R", R_given), I = Matrix("I", MatXX::Identity(3, 3)), E = Matrix("axes", axes);
+  const Expression R = Matrix("R", R_given), I = Matrix("I", MatXX::Identity(3, 3)), E = AllAxes(axes);
   const Expression Rt = Transpose(R), arm = hat("[p]", p);
   const Vec3 phi = LogSO3(Qd(R_given));
 
@@ -29,7 +36,7 @@ PoseRows::PoseRows(const Vec3& p, const Mat33& R_given, const MatXX& axes) {
 }
 
 Formula VelocityTurned(const Vec3& v, const MatXX& axes) {
-  return {-(Matrix("[v]", Hat(v)) * Matrix("axes", axes)), {Matrix("v", v)}};
+  return {-(Matrix("[v]", Hat(v)) * AllAxes(axes)), {Matrix("v", v)}};
 }
 
 Formula Projection(const MatXX& U_given, const MatXX& V_given) {

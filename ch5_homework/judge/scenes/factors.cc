@@ -15,16 +15,16 @@ FactorGraph::FactorGraph(Kind kind) : Scene("factors", {kind}) {
   for (const auto& pose : p) pose->Plus(RandomMatrix(6, 1, &random).data());
   fixed = p[3];
   fixed->SetFixed();
-  AddFactor<6>(&random, {1}, nullptr, p[0], p[1]);
-  if (kind == kOneEdge) return;
   const auto cauchy = kind == kRobust ? std::make_shared<CauchyLoss>(kCauchyScale) : nullptr;
+  AddFactor<6>(&random, {1}, cauchy, p[0], p[1]);
+  if (kind == kOneEdge) return;
   // More rows than the speed-bias has: as many would be nearly singular for one seed in a hundred.
   AddFactor<12>(&random, {2, 1}, nullptr, p[2], speed_bias[0], p[1]);
   AddFactor<2>(&random, {1}, cauchy, d[0], p[1], p[2], p[3]);
   AddFactor<2>(&random, {3, 0}, cauchy, d[2], p[3], p[0], p[1],
                d[3]);                              // d[3] is nowhere else, and behind the fixed one
   AddFactor<2>(&random, {0}, cauchy, d[2], p[2]);  // d[2] comes first wherever it is dropped
-  AddFactor<3>(&random, {}, nullptr, p[0], d[1]);  // drops nothing
+  AddFactor<3>(&random, {}, cauchy, p[0], d[1]);   // drops nothing
   AddFactor<3>(&random, {1}, nullptr, d[1], p[1]);
   dynamic_cast<AgedRandomEdge<3, VertexInverseDepth, VertexPose>&>(*factors.back().edge).Fit();
   std::sort(free.begin(), free.end(), [](const auto& a, const auto& b) { return a->Id() < b->Id(); });

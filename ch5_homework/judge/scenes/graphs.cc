@@ -70,15 +70,25 @@ void FixedVertices(GraphScene* s) {
   AddRandomEdge<6>(&s->graph, &s->random, poses[3], poses[0], poses[1]);
 }
 
+// On edges of each kind, beside others without a loss.
 void CauchyLosses(GraphScene* s) {
-  s->poses = AddPoses(&s->graph, 2);
+  const auto& poses = s->poses = AddPoses(&s->graph, 3);
   s->points = AddPoints(&s->graph, 2);
+  const auto depths = AddInverseDepths(&s->graph, 2);
+  poses[2]->SetFixed();
   for (const auto& point : s->points) {
-    for (const auto& pose : s->poses) {
-      AddRandomEdge<2>(&s->graph, &s->random, point, pose);
-      s->graph.Edges().back()->SetLossFunction(std::make_shared<CauchyLoss>(kCauchyScale));
-    }
+    for (const auto& pose : poses) AddRandomEdge<2>(&s->graph, &s->random, point, pose);
   }
+  for (const auto& depth : depths) {
+    AddRandomEdge<2>(&s->graph, &s->random, depth, poses[0], poses[1]);
+    AddRandomEdge<2>(&s->graph, &s->random, depth, poses[2], poses[1]);
+  }
+  dynamic_cast<Enlarged&>(*s->graph.Edges().back()).Enlarge(20.0);  // an outlier counts, a little
+  AddRandomEdge<6>(&s->graph, &s->random, poses[1], poses[0]);
+  AddRandomEdge<6>(&s->graph, &s->random, poses[0]);
+  for (const auto& edge : s->graph.Edges()) edge->SetLossFunction(std::make_shared<CauchyLoss>(kCauchyScale));
+  AddRandomEdge<6>(&s->graph, &s->random, poses[1]);
+  AddRandomEdge<2>(&s->graph, &s->random, depths[0], poses[1], poses[0]);
 }
 
 // ---- stage 1.2 -------------------------------------------------------------------------------------------------------
@@ -173,6 +183,9 @@ void MixedLandmarks(GraphScene* s) {
     s->graph.Edges().back()->SetLossFunction(std::make_shared<CauchyLoss>(kCauchyScale));
   }
   for (const auto& point : s->points) AddRandomEdge<2>(&s->graph, &s->random, poses[1], point);
+  s->graph.Edges().back()->SetLossFunction(std::make_shared<CauchyLoss>(kCauchyScale));
+  AddRandomEdge<2>(&s->graph, &s->random, poses[2], poses[0]);
+  s->graph.Edges().back()->SetLossFunction(std::make_shared<CauchyLoss>(kCauchyScale));
 }
 
 // A speed with its biases, nine rows, between poses of six. Every vertex has an edge of its own.

@@ -16,7 +16,8 @@ VertexList VerticesOf(const Window& window);
 
 ///   "full window"                 eleven frames, of which the prior knows the first two and the second newest;
 ///                                 landmarks of each kind; as in all that say nothing else, the extrinsic is free
-///   "full window without prior"   the extrinsic is fixed: no edge knows it
+///   "full window without prior"   the extrinsic is fixed: no edge knows it; of what the oldest frame hosts one landmark is seen
+///                                 up to the newest frame, one has a negative depth
 ///   "full window, other prior"    the prior knows neither of the frames that may leave
 ///   "long window"                 twelve frames, of which the prior knows the third and second newest; no landmarks
 ///   "landmark behind"             eleven frames, a landmark behind all that see it
