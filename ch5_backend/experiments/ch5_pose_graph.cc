@@ -123,6 +123,9 @@ void Run(const ch5::PoseGraphOptions& options, const ch5::G2oOptions& reading) {
   for (const int64_t id : study.fixed_ids) {
     std::printf("pose %s was held: nothing in the file holds its part\n", std::to_string(id).c_str());
   }
+  const auto& vertices = graph.graph.Vertices();
+  if (std::all_of(vertices.begin(), vertices.end(), [](const auto& vertex) { return vertex->IsFixed(); }))
+    std::printf("the file holds every pose, so nothing moves\n");
   ch5::PrintSummary(study.summary);
   std::fputs(doubts.c_str(), stdout);
   std::string said = ch5::ReportOnLoops(options, study, graph.graph);

@@ -21,6 +21,7 @@ int main(int argc, char** argv) {
                           {"window_size", WindowSizeTable},
                           {"pose_graphs", PoseGraphsTable},
                           {"pose_graph_starts", PoseGraphStartsTable},
+                          {"false_loops", FalseLoopsTable},
                           {"machine", MachineTable}},
                          argc, argv);
 }

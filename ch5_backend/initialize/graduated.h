@@ -38,6 +38,7 @@ struct LoopVerdict {
   Edge* edge;
   double c2;          ///< c²
   double limit;       ///< a loop beyond is false: c², or unless c is set what no good loop has, with probability 0.99
+                      ///< (less where loops that follow each other agree far better than their information claims)
   double chi2 = 0.0;  ///< rᵀWr at the end
   double weight = 1.0;  ///< at the end
   bool IsFalse() const { return chi2 > limit; }
@@ -45,11 +46,15 @@ struct LoopVerdict {
   bool IsClose() const { return IsFalse() && chi2 < 4.0 * limit; }
 };
 
-/// The edges between poses that the tree along the odometry does not need, with c² and the limit of each.
+/// The edges between poses, not both fixed, that the tree along the odometry does not need, with c² and the limit of each.
 std::vector<LoopVerdict> FindLoops(const Graph& graph, double scale = 0.0);
 
 /// Computes chi2 of each loop at the present state.
 void MeasureLoops(std::vector<LoopVerdict>* loops);
+
+/// Lowers chi2 of loops given up to what their prediction's uncertainty leaves of it, where that is within the limit: with Σ the
+/// covariance of both ends by all that counts, rᵀ(W⁻¹ + J Σ Jᵀ)⁻¹r, which is χ² of a good loop that took no part.
+void ReadmitLoops(Graph* graph, std::vector<LoopVerdict>* loops);
 
 /// Moves loops beyond their limit to level 1, which a solver ignores, and the others to level 0.
 /// @return whether one has moved

@@ -92,6 +92,13 @@ class FalseLoops(AppTest):
             self.assertLess(float(self.summary()["final_cost"]), 1e-12)
         self.assertNotIn("disagree", self.solve(self.write("good.g2o", SQUARE), "--out", self.out).stdout)
 
+    def test_where_every_pose_is_held_no_option_is_advised(self):
+        poses = "".join(f"VERTEX_SE2 {i} {i % 4} 0 {i % 7}\n" for i in range(13))
+        held = poses + "FIX " + " ".join(map(str, range(13))) + "\n" + SQUARE
+        said = self.solve(self.write("held.g2o", held), "--out", self.out).stdout
+        self.assertIn("the file holds every pose, so nothing moves", said)
+        self.assertNotRegex(said, "--gnc|--huber")
+
     def test_each_loss_bounds_how_much_a_false_loop_costs(self):
         path = self.write("square.g2o", SQUARE + "EDGE_SE2 1 7 9 9 1 1 0 0 1 0 1\n")
         plain = self.solve(path, "--out", self.out) and float(self.summary()["final_cost"])

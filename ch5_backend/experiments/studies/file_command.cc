@@ -79,12 +79,15 @@ Summary SolveGraph(Graph* graph, const FileSolveOptions& options) {
 std::string HintAtHuber(const Graph& graph, const FileSolveOptions& options) {
   constexpr double kFar = 10.0, kMost = 0.5;  // public BAL files have at most 0.32, Gaussian noise has 0
   constexpr double kFew = 0.1;                // of the residuals: more than that are no outliers
-  if (options.huber > 0.0 || graph.Edges().empty()) return "";
-  std::vector<double> residuals;  // √(rᵀWr)
+  if (options.huber > 0.0) return "";
+  std::vector<double> residuals;  // √(rᵀWr), of edges that can move
   for (const auto& edge : graph.Edges()) {
+    const auto& ends = edge->Vertices();
+    if (std::all_of(ends.begin(), ends.end(), [](const auto& vertex) { return vertex->IsFixed(); })) continue;
     edge->ComputeResidual();
     residuals.push_back(std::sqrt(edge->Chi2()));
   }
+  if (residuals.empty()) return "";
   const double median = Median(residuals);
   double all = 0.0, of_far = 0.0;
   int far = 0;

@@ -259,6 +259,7 @@ void SolveStartedPoseGraph(const PoseGraphOptions& options, Graph* graph, PoseGr
   for (int turn = 0; turn < kMostTurns; ++turn) {
     study->summary = SolveGraph(graph, options);
     MeasureLoops(&study->loops);
+    ReadmitLoops(graph, &study->loops);
     if (!SeparateFalseLoops(study->loops)) break;
   }
 }

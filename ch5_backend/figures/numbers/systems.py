@@ -34,6 +34,14 @@ def least_cost(tables, data_set):
     return min(tables(name, data_set=data_set)["cost"].min() for name in ("pose_graphs", "pose_graph_starts"))
 
 
+def false_loops(tables, data_set, kind, count):
+    """Cells of a row, of all draws: false loops given up/all, good ones with them, and how far positions end from the optimum without
+    false loops, with --gnc and without, mean ± standard error [m]."""
+    gnc, plain = (tables("false_loops", data_set=data_set, kind=kind, false_loops=count, way=way) for way in ("gnc", "plain"))
+    off = [f"{rows['rmse_m'].mean():.2f} ± {rows['rmse_m'].std(ddof=1) / np.sqrt(len(rows)):.2f}" for rows in (gnc, plain)]
+    return " | ".join([f"{gnc['found'].sum():.0f}/{gnc['false_loops'].sum():.0f}", f"{gnc['good_lost'].sum():.0f}", *off])
+
+
 def solves(tables, **which):
     """A row a solve: median time of an iteration, memory, iterations, costs."""
     every = tables("pose_graphs", **which)

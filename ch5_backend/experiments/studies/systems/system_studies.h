@@ -40,6 +40,9 @@ CsvTable WindowSizeTable(int trial, const std::filesystem::path& data);
 CsvTable PoseGraphsTable(int trial, const std::filesystem::path& data);
 /// A pose graph a trial, the last one simulated with large noise: where each start leads to.
 CsvTable PoseGraphStartsTable(int trial, const std::filesystem::path& data);
+/// A pose graph with 10 and 100 false loops, drawn anew in each trial of that graph: how many graduated non-convexity gives up,
+/// how many good ones with them, and how far it and plain least squares end from the optimum without.
+CsvTable FalseLoopsTable(int trial, const std::filesystem::path& data);
 /// What times were measured on: the processor's name, its cores, and the load of the last minute.
 CsvTable MachineTable(int trial, const std::filesystem::path&);
 
