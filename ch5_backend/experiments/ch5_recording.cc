@@ -152,6 +152,7 @@ void Run(const Command& command) {
   const auto warn = [&warnings](const ch5::RecordingWarnings& more) { Warn(more, &warnings); };
   warn(CheckFiles(left_out, recording.clock_steps, extras.not_used));
   warn(readings);
+  warn(ch5::CheckImages(command.strict, &recording));
   warn(ch5::CheckNoise(&recording, &settings));
   warn(CompareWithImages(readings, &recording, &settings));
   const ch5::OutputFolder made(command.out);

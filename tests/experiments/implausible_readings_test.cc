@@ -220,6 +220,48 @@ TEST(ImplausibleReadings, ARateThatIsNotTheCalibrationsIsNamed) {
   EXPECT_NEAR(warnings[0].value, 150.0, 1.0);
 }
 
+TEST(ImplausibleReadings, AnAccelerometerThatFeelsAnotherGravityIsNamed) {
+  for (const double times : {0.92, 1.08}) {
+    Recording recording = Healthy();
+    for (ImuMeasurement& m : recording.imu) m.acceleration *= times;
+    const RecordingWarnings warnings = Check(&recording);
+    ASSERT_EQ(Names(warnings), "gravity") << times;
+    EXPECT_NEAR(warnings[0].value, 9.81 * times, 0.03 * 9.81 * times);
+  }
+}
+
+// As a camera sends them that stalls, or that is asked twice as often as it takes images.
+TEST(ImplausibleReadings, ImagesThatRepeatTheOneBeforeAreLeftOutAndNamed) {
+  const Recording healthy = Healthy();
+  for (const size_t every : {size_t{0}, size_t{2}}) {
+    Recording recording = healthy;
+    size_t copies = 0;
+    for (size_t k = 1; k < recording.images.size(); ++k) {
+      const bool repeats = every == 0 ? k > 100 && k < 120 : k % every == 1 && k + 1 < recording.images.size();
+      if (!repeats) continue;
+      recording.images[k].tracks = recording.images[k - 1].tracks;
+      ++copies;
+    }
+    const RecordingWarnings warnings = CheckImages(false, &recording);
+    ASSERT_EQ(Names(warnings), "images_repeated");
+    EXPECT_EQ(warnings[0].value, static_cast<double>(copies));
+    EXPECT_EQ(recording.images.size(), healthy.images.size() - copies);
+    recording.images[60].tracks = recording.images[59].tracks;
+    EXPECT_THROW(CheckImages(true, &recording), std::invalid_argument);
+  }
+}
+
+TEST(ImplausibleReadings, ACameraWithoutNoiseMaySeeTheSameAtRest) {
+  RoomOptions options;
+  options.duration = 10.0;
+  options.standstill_seconds = 2.0;
+  options.simulation.camera.pixel_sigma = 0.0;
+  Recording recording = SimulateRoom(options);
+  const size_t images = recording.images.size();
+  EXPECT_EQ(Names(CheckImages(true, &recording)), "");
+  EXPECT_EQ(recording.images.size(), images);
+}
+
 // The first seconds after a rest, and noise of 3 px, look like a delay or another focal length.
 TEST(ImplausibleReadings, FewOrNoisyImagesTellNothing) {
   struct Case {

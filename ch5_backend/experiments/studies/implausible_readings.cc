@@ -6,6 +6,8 @@
 #include <functional>
 #include <iomanip>
 #include <sstream>
+#include <stdexcept>
+#include <unordered_map>
 
 #include "ch5_backend/evaluate/turn_agreement.h"
 #include "ch5_backend/experiments/studies/recording_warnings.h"
@@ -221,23 +223,41 @@ bool IsWhite(const std::vector<double>& values) {
   return sum < kDelays + kSigmas * std::sqrt(2.0 * kDelays);
 }
 
-// The spread of gravity's direction by the gyroscope, whose drift the accelerometer takes back within seconds, once the guess
-// that it begins with is forgotten.
-Vec3 SpreadOfGravity(const Readings& imu) {
+// Gravity by the gyroscope, whose drift the accelerometer takes back within seconds, at each reading once the guess that it begins
+// with is forgotten.
+std::vector<Vec3> GravityByTurns(const Readings& imu) {
   constexpr double kSeconds = 2.0, kForgotten = 6.0;
   const double begin = imu.front().t + std::min(kForgotten, 0.5 * (imu.back().t - imu.front().t));
-  Vec3 g = Vec3::Zero(), sum = Vec3::Zero(), squares = Vec3::Zero();
+  Vec3 g = Vec3::Zero();
   for (const ImuMeasurement& m : imu) g += m.acceleration / static_cast<double>(imu.size());
-  double n = 0.0;
+  std::vector<Vec3> all;
   for (size_t k = 1; k < imu.size(); ++k) {
     const double dt = std::min(imu[k].t - imu[k - 1].t, kSeconds);
     g = ExpSO3(-dt * imu[k].gyroscope) * g + dt / kSeconds * (imu[k].acceleration - g);
-    if (imu[k].t < begin) continue;
-    n += 1.0;
-    sum += g;
-    squares += g.cwiseAbs2();
+    if (imu[k].t >= begin) all.push_back(g);
   }
+  return all;
+}
+
+Vec3 SpreadOf(const std::vector<Vec3>& values) {
+  const auto n = static_cast<double>(values.size());
+  Vec3 sum = Vec3::Zero(), squares = Vec3::Zero();
+  for (const Vec3& x : values) sum += x, squares += x.cwiseAbs2();
   return (squares / n - (sum / n).cwiseAbs2()).cwiseMax(0.0).cwiseSqrt();
+}
+
+// Whether the accelerometer feels as much gravity as it should. In recordings that are in order it is within 2 %: accelerations
+// of a body that stays near are without a mean.
+void CheckGravity(const Recording& recording, RecordingWarnings* warnings) {
+  constexpr double kShare = 0.06;
+  std::vector<double> felt;
+  for (const Vec3& g : GravityByTurns(recording.imu)) felt.push_back(g.norm());
+  if (felt.empty()) return;
+  const double told = recording.calibration.gravity, value = Median(felt);
+  if (std::abs(value - told) < kShare * told) return;
+  warnings->push_back({"gravity", value, told,
+                       Join("the accelerometer feels ", value, " m/s² of gravity, not ", told,
+                            ", which is imu.gravity: are its unit, scale factor and bias right?")});
 }
 
 // A robot on a plane tilts about no axis: so the images must turn about the gyroscope's, and gravity, by the gyroscope, move
@@ -262,7 +282,7 @@ void CheckDeadAxes(const Recording& recording, RecordingWarnings* warnings) {
          Join("the ", sensor.name, " feels nothing on axis ", dead, " all along, though the body turns"), dead});
   };
   check(kSensors[0], kLeastTurn, [&] { return SpreadOfImageTurns(recording); });
-  check(kSensors[1], kLeastForce, [&] { return SpreadOfGravity(recording.imu); });
+  check(kSensors[1], kLeastForce, [&] { return SpreadOf(GravityByTurns(recording.imu)); });
 }
 
 // Its rails and its spikes; between values that are held for several readings, the readings are interpolated.
@@ -283,7 +303,49 @@ void CheckSensor(const Sensor& sensor, Recording* recording, std::vector<bool>* 
   for (const size_t k : at_rail) (*is_out)[k] = false;
 }
 
+// The median way of the tracks that both images have, on the normalized plane; 0 if none has moved by more than rounding;
+// nullopt if they share too few.
+std::optional<double> StepOf(const std::vector<TrackedPoint>& before, const std::vector<TrackedPoint>& after) {
+  constexpr size_t kFewest = 5;
+  constexpr double kRounding = 1e-7;
+  std::unordered_map<int, Vec2> places;
+  for (const TrackedPoint& track : before) places.emplace(track.id, track.x);
+  std::vector<double> ways;
+  for (const TrackedPoint& track : after)
+    if (const auto place = places.find(track.id); place != places.end())
+      ways.push_back((track.x - place->second).norm());
+  if (ways.size() < kFewest) return std::nullopt;
+  return *std::max_element(ways.begin(), ways.end()) < kRounding ? 0.0 : Median(ways);
+}
+
 }  // namespace
+
+RecordingWarnings CheckImages(bool strict, Recording* recording) {
+  constexpr double kJump = 0.5,
+                   kSmall = 0.1;  // of the smallest tenth of steps: after a rest without noise, the first is less
+  std::vector<Image>& images = recording->images;
+  std::vector<std::optional<double>> steps = {std::nullopt};
+  std::vector<double> moved;
+  for (size_t k = 1; k < images.size(); ++k) {
+    steps.push_back(StepOf(images[k - 1].tracks, images[k].tracks));
+    if (steps.back().value_or(0.0) > 0.0) moved.push_back(*steps.back());
+  }
+  const auto is_copy = [&](size_t k) { return k < steps.size() && steps[k] == 0.0; };
+  std::vector<size_t> copies;
+  for (size_t first = 1, end = 1; first < images.size(); first = end + 1) {
+    for (end = first; is_copy(end);) ++end;
+    if (end == first || end == images.size() || steps[end].value_or(1.0) < kJump * Quantile(moved, kSmall)) continue;
+    for (size_t k = first; k < end; ++k) copies.push_back(k);
+  }
+  if (copies.empty()) return {};
+  const double t = images[copies.front()].t;
+  const std::string words = Join("images left out: ", copies.size(),
+                                 "; each repeats the one before under a new stamp; the first: at ", t, " s");
+  if (strict) throw std::invalid_argument(words);
+  for (auto k = copies.rbegin(); k != copies.rend(); ++k)
+    images.erase(images.begin() + static_cast<std::ptrdiff_t>(*k));
+  return {{"images_repeated", static_cast<double>(copies.size()), t, words, "", t}};
+}
 
 RecordingWarnings CheckReadings(const std::string& path, std::vector<int> lines, bool strict, Recording* recording) {
   RecordingWarnings warnings;
@@ -315,6 +377,7 @@ RecordingWarnings CheckReadings(const std::string& path, std::vector<int> lines,
   for (const Sensor& sensor : kSensors) CheckSensor(sensor, recording, &is_out, &warnings);
   leave_out(is_out, "imu_spike", "each is far from both its neighbors");
   CheckDeadAxes(*recording, &warnings);
+  if (warnings.empty()) CheckGravity(*recording, &warnings);  // by turns that a rail or a gap would spoil
   return warnings;
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Readings of an IMU that its sensors cannot have felt.
+/// Readings of an IMU that its sensors cannot have felt, and images that a camera cannot have seen.
 
 #include <string>
 #include <vector>
@@ -15,5 +15,11 @@ namespace ch5 {
 /// @param strict  what would be left out is refused
 /// @throws FileError if so
 RecordingWarnings CheckReadings(const std::string& path, std::vector<int> lines, bool strict, Recording* recording);
+
+/// Leaves out images that repeat the one before under a new stamp, as a camera that stalls sends them: no track moves, and then
+/// all do at once. Says so.
+/// @param strict  refuses them
+/// @throws std::invalid_argument if so
+RecordingWarnings CheckImages(bool strict, Recording* recording);
 
 }  // namespace ch5
