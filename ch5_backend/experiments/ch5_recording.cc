@@ -168,6 +168,7 @@ void Run(const Command& command) {
   warn(failures);
   RequireAStart(study, recording.images.size());
   if (failures.empty()) warn(ch5::CheckStarts(study));  // else no scale can be expected
+  warn(ch5::CheckAgreement(study));
   warn(ch5::CheckComparison(study));
   study.warnings = warnings;
   ch5::WriteOdometryTables(study, std::filesystem::path(command.out) / "csv");

@@ -359,6 +359,14 @@ class RecordingApp(AppTest):
         self.assertRegex(self.page().replace("\u00a0", " "), r"it knew the scale only to ±[78] %")
         self.assertIn("尺度的不确定度仍有", (self.out / "report.zh.html").read_text(encoding="utf-8"))
 
+    def test_windows_that_disagree_are_named(self):
+        recording = self.simulate(12)
+        edit(recording / "tracks.csv", lambda rows: [[*row[:2], str(float(row[2]) + 0.1), *row[3:]] for row in rows])  # the principal point
+        done = self.program(recording, "--out", self.out)
+        self.assertRegex(done.stderr, r"warning: the paths of okvis and vins through the same images are 0\.\d\d and 0\.\d\d m large")
+        self.assertIn("at least one is wrong", self.page())
+        self.assertIn("至少有一条是错的", (self.out / "report.zh.html").read_text(encoding="utf-8"))
+
     def test_another_lens_and_an_inverted_accelerometer_are_named(self):
         recording = self.simulate(12)
         (recording / "groundtruth.csv").unlink()  # with it the reader names the accelerometer at once

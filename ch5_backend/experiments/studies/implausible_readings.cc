@@ -250,13 +250,15 @@ Vec3 SpreadOf(const std::vector<Vec3>& values) {
 // of a body that stays near are without a mean.
 void CheckGravity(const Recording& recording, RecordingWarnings* warnings) {
   constexpr double kShare = 0.06;
-  std::vector<double> felt;
+  std::vector<double> felt, lengths;
   for (const Vec3& g : GravityByTurns(recording.imu)) felt.push_back(g.norm());
+  for (const ImuMeasurement& m : recording.imu) lengths.push_back(m.acceleration.norm());
   if (felt.empty()) return;
-  const double told = recording.calibration.gravity, value = Median(felt);
-  if (std::abs(value - told) < kShare * told) return;
-  warnings->push_back({"gravity", value, told,
-                       Join("the accelerometer feels ", value, " m/s² of gravity, not ", told,
+  const double told = recording.calibration.gravity, off = Median(felt) - told;
+  // An axis with the wrong sign shortens what is turned and averaged, but no reading.
+  if (std::abs(off) < kShare * told || off * (Median(lengths) - told) <= 0.0) return;
+  warnings->push_back({"gravity", told + off, told,
+                       Join("the accelerometer feels ", told + off, " m/s² of gravity, not ", told,
                             ", which is imu.gravity: are its unit, scale factor and bias right?")});
 }
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
+#include <utility>
 
 #include "ch5_backend/evaluate/turn_agreement.h"
 #include "ch5_backend/experiments/studies/clock_check.h"
@@ -31,6 +33,25 @@ void CheckRate(const std::string& name, const std::string& spoken, const std::ve
   warnings->push_back(
       {name + "_rate", rate, told,
        Join("the ", spoken, " measures ", rate, " times a second, and ", told, " by ", name, ".rate_hz")});
+}
+
+// How far the positions at the times that both have lie from their mean, RMS [m]; zeros if there are none.
+std::pair<double, double> SizesOfPaths(const std::vector<StampedState>& a, const std::vector<StampedState>& b) {
+  std::vector<Vec3> of_a, of_b;
+  for (auto i = a.begin(), j = b.begin(); i != a.end() && j != b.end();) {
+    if (i->t == j->t) {
+      of_a.push_back(i++->T_W_B.p);
+      of_b.push_back(j++->T_W_B.p);
+    } else {
+      ++(i->t < j->t ? i : j);
+    }
+  }
+  if (of_a.empty()) return {0.0, 0.0};
+  const auto size = [](const std::vector<Vec3>& positions) {
+    const Eigen::Map<const Eigen::Matrix3Xd> all(positions[0].data(), 3, static_cast<Eigen::Index>(positions.size()));
+    return std::sqrt((all.colwise() - all.rowwise().mean().eval()).colwise().squaredNorm().mean());
+  };
+  return {size(of_a), size(of_b)};
 }
 
 // "-y, x, z"
@@ -312,6 +333,36 @@ RecordingWarnings CheckMeasurements(const Recording& recording, OdometrySettings
   }
   CheckTurns(recording, settings, &warnings);
   return warnings;
+}
+
+RecordingWarnings CheckAgreement(const OdometryStudy& study) {
+  constexpr double kTimes = 1.2;  // at most 1.03 in public recordings and undisturbed flights
+  constexpr double kFar = 0.3;    // [m]: smaller paths tell no scale
+  struct Path {
+    std::string policy;
+    const OdometrySegment* segment;
+    double size;
+  };
+  std::vector<Path> paths;
+  for (const OdometryRun& run : study.runs) {
+    for (const OdometrySegment& segment : run.segments) paths.push_back({run.policy, &segment, 0.0});
+  }
+  RecordingWarnings found;
+  double most = kTimes;
+  for (Path& a : paths) {
+    for (Path& b : paths) {
+      if (a.policy == b.policy) continue;
+      std::tie(a.size, b.size) = SizesOfPaths(a.segment->states, b.segment->states);
+      if (b.size < kFar || b.size < most * a.size) continue;
+      most = b.size / a.size;
+      found = {{"disagreement", a.size, b.size,
+                Join("the paths of ", a.policy, " and ", b.policy, " through the same images are ", a.size, " and ",
+                     b.size, " m large (RMS from their middle): at least one is wrong; calibration, clocks and noise ",
+                     "are the usual causes"),
+                a.policy + ", " + b.policy}};
+    }
+  }
+  return found;
 }
 
 RecordingWarnings CheckComparison(const OdometryStudy& study) {

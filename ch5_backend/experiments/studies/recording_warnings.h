@@ -35,6 +35,9 @@ RecordingWarnings CheckFailures(const OdometryStudy& study);
 /// A start, or restart, with a scale that is hardly known.
 RecordingWarnings CheckStarts(const OdometryStudy& study);
 
+/// Two policies whose paths through the same images are of different size: then at least one is wrong, whatever the cause.
+RecordingWarnings CheckAgreement(const OdometryStudy& study);
+
 /// A truth that the estimates cannot be compared with, or not well.
 RecordingWarnings CheckComparison(const OdometryStudy& study);
 
