@@ -118,9 +118,9 @@ std::vector<LoopVerdict> FindLoops(const Graph& graph, double scale) {
     if (MeasurementOf(*edge) && tree.count(edge.get()) == 0 && HasFreeVertex(*edge))
       loops.push_back({edge.get(), scale * scale, scale * scale});
   }
+  if (scale > 0.0) return loops;
   // P(all n good loops below their limits) = (1 − tail)ⁿ
   const double tail = -std::expm1(std::log(kNoneLost) / static_cast<double>(loops.size()));
-  if (scale > 0.0) return loops;
   const double share = ShareOfLimit(loops, graph);
   for (LoopVerdict& loop : loops) {
     loop.c2 = share * ChiSquaredLimit(loop.edge->ResidualDimension(), kDoubtful);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
 #include <utility>
 
 #include "ch5_backend/evaluate/turn_agreement.h"
@@ -338,28 +337,23 @@ RecordingWarnings CheckMeasurements(const Recording& recording, OdometrySettings
 RecordingWarnings CheckAgreement(const OdometryStudy& study) {
   constexpr double kTimes = 1.2;  // at most 1.03 in public recordings and undisturbed flights
   constexpr double kFar = 0.3;    // [m]: smaller paths tell no scale
-  struct Path {
-    std::string policy;
-    const OdometrySegment* segment;
-    double size;
-  };
-  std::vector<Path> paths;
+  std::vector<std::pair<std::string, const OdometrySegment*>> paths;  // by policy
   for (const OdometryRun& run : study.runs) {
-    for (const OdometrySegment& segment : run.segments) paths.push_back({run.policy, &segment, 0.0});
+    for (const OdometrySegment& segment : run.segments) paths.emplace_back(run.policy, &segment);
   }
   RecordingWarnings found;
   double most = kTimes;
-  for (Path& a : paths) {
-    for (Path& b : paths) {
-      if (a.policy == b.policy) continue;
-      std::tie(a.size, b.size) = SizesOfPaths(a.segment->states, b.segment->states);
-      if (b.size < kFar || b.size < most * a.size) continue;
-      most = b.size / a.size;
-      found = {{"disagreement", a.size, b.size,
-                Join("the paths of ", a.policy, " and ", b.policy, " through the same images are ", a.size, " and ",
-                     b.size, " m large (RMS from their middle): at least one is wrong; calibration, clocks and noise ",
+  for (const auto& [policy_a, a] : paths) {
+    for (const auto& [policy_b, b] : paths) {
+      if (policy_a == policy_b) continue;
+      const auto [smaller, larger] = SizesOfPaths(a->states, b->states);  // the other order is another turn
+      if (larger < kFar || larger < most * smaller) continue;
+      most = larger / smaller;
+      found = {{"disagreement", smaller, larger,
+                Join("the paths of ", policy_a, " and ", policy_b, " through the same images are ", smaller, " and ",
+                     larger, " m large (RMS from their middle): at least one is wrong; calibration, clocks and noise ",
                      "are the usual causes"),
-                a.policy + ", " + b.policy}};
+                policy_a + ", " + policy_b}};
     }
   }
   return found;
