@@ -71,6 +71,7 @@ struct EstimatorOptions {
   /// prior has it. Position and yaw of the oldest frame are held during the solve, so a vertex of one's own may be expressed
   /// in the world; after a restart (Window::segment) that is another world. The prior freezes where a vertex of one's own was
   /// linearized, so its edges should be nearly linear in it: turn a map about its first fix, not about an origin far away.
+  /// Before a start in motion it is called too, and may tell the scale where steady speed leaves it unknown.
   OwnEdges own_edges = nullptr;
 
   /// @throws OptionError
@@ -175,6 +176,7 @@ class Estimator {
   double SecondsInWindow() const;
   bool KnowsScaleSinceStandstill() const;
   bool InitializeInMotion();
+  bool FindScaleByOwnEdges(const std::vector<StampedState>& shape);
   void SlideBeforeStart(bool keeps_oldest);
   void BeginAt(double start_speed, bool knows_gravity);
   void LayUponLastSegment();

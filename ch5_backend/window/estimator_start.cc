@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "ch5_backend/consistency/gauge_directions.h"
 #include "ch5_backend/window/estimator.h"
@@ -18,6 +19,25 @@ constexpr size_t kFramesToStart = 4, kFramesToStartMoving = 8;
 
 // After a start from standstill, or a change of speed or direction, the scale is known by then [s].
 constexpr double kScaleReportDelay = 1.0;
+
+// The fraction of the landmarks' observations within 3 σ.
+double InliersOf(const Graph& graph) {
+  double observations = 0.0, inliers = 0.0;
+  for (const auto& edge : graph.Edges()) {
+    if (edge->Vertices().front()->GetRole() != Role::kLandmark) continue;
+    edge->ComputeResidual();
+    ++observations;
+    if (edge->Chi2() < 9.0) ++inliers;
+  }
+  return inliers / std::max(1.0, observations);
+}
+
+// Of a row, with losses.
+double MeanChi2(const std::vector<std::shared_ptr<Edge>>& edges) {
+  int rows = 0;
+  for (const auto& edge : edges) rows += edge->ResidualDimension();
+  return 2.0 * Cost(edges) / rows;
+}
 
 }  // namespace
 
@@ -126,11 +146,72 @@ bool Estimator::InitializeInMotion() {
   options.gravity = options_.calibration.gravity;
   options.b_a_sigma = options_.start_bias_accelerometer;
   if (window_.HasStereoDepth()) options.camera1 = options_.calibration.camera1;
+  options.wants_shape = options_.own_edges != nullptr;
   const DynamicInitialization start = InitializeDynamically(frames, options);
   start_message_ = "no start in motion: " + start.message;
-  if (start.failure != InitializationFailure::kNone) return false;
+  if (start.failure != InitializationFailure::kNone) return !start.shape.empty() && FindScaleByOwnEdges(start.shape);
   for (size_t k = 0; k < start.states.size(); ++k) Window::SetState(start.states[k], window_.frames[k]);
   return true;
+}
+
+// At steady speed images and IMU leave the scale unknown, but one's own edges may tell it. Of scales a factor of √2 apart the
+// one that they fit best is refined together with all else; it counts if it is known as well as in any start in motion.
+bool Estimator::FindScaleByOwnEdges(const std::vector<StampedState>& shape) {
+  constexpr int kHalfOctaves = 12;   // in either direction
+  constexpr double kAnySpeed = 1e3;  // σ [m/s]
+  constexpr double kMostOwnChi2 = 4.0;
+  const auto build = [&](size_t least_views) {
+    const auto uses = [&](const Window&, const WindowLandmark& landmark) {
+      return landmark.seen.size() >= least_views;
+    };
+    BuildGraph(options_.weights, uses, &window_, options_.own_edges);
+    return !window_.own_edges.empty();
+  };
+  const auto build_without_landmarks = [&] { return build(std::numeric_limits<size_t>::max()); };
+  const auto set_scale = [&](double scale) {
+    for (size_t k = 0; k < shape.size(); ++k) {
+      StampedState state = shape[k];
+      state.T_W_B.p *= scale;
+      state.v_W *= scale;
+      Window::SetState(state, window_.frames[k]);
+    }
+    if (segment_ > 0 && last_state_) LayUponLastSegment();
+  };
+  const auto hold_frames = [&](bool hold) {
+    for (const Frame& frame : window_.frames) {
+      frame.pose->SetFixed(hold);
+      frame.speed_bias->SetFixed(hold);
+    }
+  };
+  if (!build_without_landmarks()) return false;
+  std::vector<std::pair<std::shared_ptr<Vertex>, VecX>> before;
+  for (const auto& vertex : window_.graph.Vertices()) before.emplace_back(vertex, vertex->Parameters());
+
+  double least = std::numeric_limits<double>::infinity(), best = 1.0;
+  for (int n = 0; n <= 2 * kHalfOctaves; ++n) {  // from 1 outward: own edges that say nothing leave it there
+    const double scale = std::exp2(0.5 * (n % 2 == 0 ? n / 2 : -(n + 1) / 2));
+    set_scale(scale);
+    build_without_landmarks();
+    hold_frames(true);
+    optimizer_.Solve();  // for vertices of one's own
+    hold_frames(false);
+    const double cost = Cost(window_.own_edges);
+    if (cost < least) std::tie(least, best) = std::pair(cost, scale);
+  }
+  set_scale(best);
+  window_.prior = StartPrior(window_, kAnySpeed, options_);
+  TriangulateLandmarks(&window_);
+  build(3);
+  SolveWithGaugeHeld({});
+
+  const DynamicInitializationOptions limits;
+  if (MeanChi2(window_.own_edges) <= kMostOwnChi2 && InliersOf(window_.graph) >= limits.least_inliers) {
+    if (const auto sigma = ScaleSigma(window_); sigma && *sigma <= limits.largest_scale_sigma) return true;
+  }
+  for (const auto& [vertex, x] : before) vertex->Parameters() = x;
+  for (auto& [id, landmark] : window_.landmarks) landmark.inverse_depth = nullptr;
+  window_.prior = nullptr;
+  return false;
 }
 
 // All policies start from the same frames, a tenth of a second apart: a window long enough to distinguish gravity from acceleration,

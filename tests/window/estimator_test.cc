@@ -304,6 +304,54 @@ TEST(Estimator, NoOwnEdgeLeavesTheWindowButIntoThePrior) {
   }
 }
 
+// The body's forward speed:  r = [R_W_Bᵀ v_W]_x − speed.
+class EdgeWheels : public SizedEdge<1, VertexPose, VertexSpeedBias> {
+ public:
+  EdgeWheels(std::shared_ptr<VertexPose> pose, std::shared_ptr<VertexSpeedBias> speed_bias, double speed)
+      : SizedEdge(std::move(pose), std::move(speed_bias)), speed_(speed) {
+    SetIsotropicInformation(1.0 / (0.05 * 0.05));
+  }
+  void ComputeResidual() override { r_[0] = (GetVertex<0>().R().transpose() * GetVertex<1>().v()).x() - speed_; }
+  std::string TypeInfo() const override { return "EdgeWheels"; }
+
+ private:
+  double speed_;
+};
+
+// Images and IMU leave the scale to what wheels measure, or a satellite receiver with 5 cm of noise.
+TEST(Estimator, OwnEdgesStartAVehicleAtSteadySpeed) {
+  const Recording recording = SimulateSteadyDrive(6.0);
+  const auto T_G_W = std::make_shared<VertexVector<4>>(VertexVector<4>::Estimate::Zero());
+  const auto wheels = [&](const Window& window, Graph* graph) {
+    for (const Frame& frame : window.frames) {
+      if (frame.speed_bias) graph->AddEdge(std::make_shared<EdgeWheels>(frame.pose, frame.speed_bias, 5.0));
+    }
+  };
+  const auto receiver = [&](const Window& window, Graph* graph) {
+    graph->AddVertex(T_G_W);
+    for (const Frame& frame : window.frames) {
+      Random random(static_cast<uint64_t>(frame.id + 1));
+      const Vec3 p_W = StateAt(recording.truth, frame.t)->T_W_B.p + NormalVector(&random, 0.05);
+      const auto edge = std::make_shared<EdgeGps>(frame.pose, T_G_W, Vec3(30.0 - p_W.y(), p_W.x() - 20.0, p_W.z()));
+      edge->SetIsotropicInformation(1.0 / (0.05 * 0.05));
+      graph->AddEdge(edge);
+    }
+  };
+  for (const OwnEdges& own_edges : {OwnEdges(), OwnEdges(wheels), OwnEdges(receiver)}) {
+    for (auto& policy : AllPolicies()) {
+      EstimatorOptions options{recording.calibration};
+      options.own_edges = own_edges;
+      const OdometryRun run = RunOdometry(recording, options, std::move(policy));
+      SCOPED_TRACE(run.policy);
+      EXPECT_EQ(run.restarts, 0);
+      ASSERT_EQ(run.states.empty(), !own_edges);
+      if (!own_edges) continue;
+      EXPECT_LT(run.states.front().t, 2.5);
+      for (const StampedState& state : run.states) EXPECT_NEAR(state.v_W.norm(), 5.0, 0.25) << state.t;
+    }
+  }
+}
+
 TEST(Estimator, OwnEdgesThatAddNothingChangeNoBit) {
   const Recording recording = SimulateSixSeconds();
   EstimatorOptions plain{recording.calibration}, empty = plain;

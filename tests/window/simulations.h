@@ -49,6 +49,15 @@ inline Recording SimulateCircle(double duration) {
   return SimulateInHall(circle);
 }
 
+/// 5 m/s straight ahead on a level road: nothing tells the scale.
+inline Recording SimulateSteadyDrive(double duration) {
+  const Trajectory road([](const Jet& t) { return Coordinates{{5.0 * t, {}, {}}, {}, {}, {}}; }, duration);
+  Random random(1);
+  SimulationOptions options;
+  options.camera.max_tracks = 100;
+  return SimulateRecording(road, PointsAlongPath(road, options.calibration, 3.0, 30.0, 3000, &random), options);
+}
+
 /// To the bit.
 inline bool AreSame(const std::vector<StampedState>& a, const std::vector<StampedState>& b) {
   const auto same = [](const StampedState& x, const StampedState& y) {

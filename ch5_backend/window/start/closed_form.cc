@@ -194,6 +194,21 @@ std::vector<StampedState> StatesOf(const std::vector<LinearMotion>& motion, cons
   return states;
 }
 
+// The points' mean depth, by how well each is known, is as given:  Σ H_dd d / Σ H_dd,  d = (b_d − h·x) / H_dd.
+void HoldMeanDepth(const std::vector<TrackSystem>& systems, double depth, Mat99* H, Vec9* b) {
+  constexpr double kWeight = 1e4;  // [1/m²]
+  Vec9 h = Vec9::Zero();
+  double b_d = 0.0, H_dd = 0.0;
+  for (const TrackSystem& s : systems) {
+    h += s.h;
+    b_d += s.b_d;
+    H_dd += s.H_dd;
+  }
+  const Vec9 J = -h / H_dd;
+  *H += kWeight * J * J.transpose();
+  *b += kWeight * (depth - b_d / H_dd) * J;
+}
+
 // @param part  of the observations' variance that is taken off, see AddTrack: their own, but not more than σ²
 ClosedForm Solve(const std::vector<FeatureTrack>& tracks, const std::vector<LinearMotion>& motion, const Vec3& b_g,
                  double part, const ClosedFormOptions& options) {
@@ -216,6 +231,7 @@ ClosedForm Solve(const std::vector<FeatureTrack>& tracks, const std::vector<Line
     Vec9 b = Vec9::Zero();
     std::vector<TrackSystem> systems;
     for (const TrackEquations& track : equations) systems.push_back(AddTrack(track, part * variance, &H, &b));
+    if (options.mean_depth > 0.0) HoldMeanDepth(systems, options.mean_depth, &H, &b);
     x = SolveWithGravityNorm(H, b, options.gravity);
     // At first so wide that a bad start rejects no observation.
     const double width = options.sigma * std::max(2.0, 40.0 * std::pow(0.5, iteration));
@@ -238,7 +254,7 @@ ClosedForm Solve(const std::vector<FeatureTrack>& tracks, const std::vector<Line
 ClosedForm SolveClosedForm(const std::vector<FeatureTrack>& tracks, const std::vector<Preintegration>& imu,
                            const ClosedFormOptions& options) {
   const std::vector<LinearMotion> motion = DeadReckon(imu);
-  for (double part = 1.0;; part *= 0.5) {
+  for (double part = options.mean_depth > 0.0 ? 0.0 : 1.0;; part *= 0.5) {
     ClosedForm result = Solve(tracks, motion, imu.front().BiasGyroscope(), part, options);
     if (std::isfinite(result.scale_sigma) || part < 0.1) return result;
   }

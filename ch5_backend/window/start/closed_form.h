@@ -29,6 +29,7 @@ struct ClosedFormOptions {
   double gravity = 9.81;       ///< [m/s²]
   double b_a_sigma = 0.1;      ///< of the accelerometer's bias about zero [m/s²]
   Transform T_B_C1 = {};       ///< of views of camera 1
+  double mean_depth = 0.0;     ///< if positive, that of the points, which decides the scale where nothing else does [m]
 };
 
 struct ClosedForm {

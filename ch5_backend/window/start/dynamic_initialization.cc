@@ -25,6 +25,9 @@ namespace {
 // Nearer points, and those behind the camera, take no part [m].
 constexpr double kLeastPointDepth = 0.1;
 
+// Of the points on average, where nothing tells the scale [m].
+constexpr double kShapeDepth = 5.0;
+
 // By ascending id.
 std::vector<FeatureTrack> CollectTracks(const std::vector<InitializationImage>& frames, std::vector<int>* ids) {
   std::map<int, FeatureTrack> by_id;
@@ -274,10 +277,17 @@ class DynamicInitializer {
   explicit DynamicInitializer(const DynamicInitializationOptions& options) : options_(options) {}
 
   DynamicInitialization Run(const std::vector<InitializationImage>& frames) {
-    if (!EstimateRotations(frames) || !MeasureParallax() || !SolveLinearProblem() || !RefineAll()) return result_;
-    for (size_t k = 0; k < frames.size(); ++k) start_.states[k].t = frames[k].t;
-    result_.states = std::move(start_.states);
-    result_.message = ToString(InitializationFailure::kNone);
+    if (!EstimateRotations(frames) || !MeasureParallax()) return result_;
+    if (SolveLinearProblem() && RefineAll()) {
+      for (size_t k = 0; k < frames.size(); ++k) start_.states[k].t = frames[k].t;
+      result_.states = std::move(start_.states);
+      result_.message = ToString(InitializationFailure::kNone);
+    } else if (options_.wants_shape) {
+      ClosedFormOptions options = LinearProblem();
+      options.mean_depth = kShapeDepth;
+      start_ = SolveClosedForm(tracks_, imu_, options);
+      if (start_.gravity_sigma <= options_.largest_gravity_sigma) result_.shape = std::move(start_.states);
+    }
     return result_;
   }
 
@@ -317,10 +327,14 @@ class DynamicInitializer {
                 result_.parallax, options_.least_parallax);
   }
 
-  bool SolveLinearProblem() {
+  ClosedFormOptions LinearProblem() const {
     ClosedFormOptions closed_form{options_.T_B_C, Sigma(), options_.gravity, options_.b_a_sigma};
     if (options_.camera1) closed_form.T_B_C1 = options_.camera1->T_B_C;
-    start_ = SolveClosedForm(tracks_, imu_, closed_form);
+    return closed_form;
+  }
+
+  bool SolveLinearProblem() {
+    start_ = SolveClosedForm(tracks_, imu_, LinearProblem());
     return IsCertain();
   }
 

@@ -40,6 +40,7 @@ struct DynamicInitializationOptions {
   double least_inliers = 0.6;           ///< fraction of the observations within 3 σ
   /// The second camera, if there is one: where both see `least_tracks`, neither parallax nor scale is required.
   std::optional<Camera> camera1 = {};
+  bool wants_shape = false;  ///< DynamicInitialization::shape, if all else fails
 
   /// @throws OptionError
   void Validate() const;
@@ -63,6 +64,8 @@ struct DynamicInitialization {
   std::string message;  ///< one sentence with the numbers
   /// One per frame, gravity along −z of W, the first at the origin; empty on failure.
   std::vector<StampedState> states;
+  /// On a failure where gravity is known, as at steady speed: the states but for their scale, with points 5 m away on average.
+  std::vector<StampedState> shape;
   double parallax = 0.0;       ///< [px]
   double scale_sigma = 0.0;    ///< relative; of little meaning at rest
   double gravity_sigma = 0.0;  ///< [rad]
