@@ -7,6 +7,7 @@ from collections import Counter
 
 from ch5_backend.course.base.commands import COMMANDS
 from ch5_backend.course.base.anchors import anchor
+from ch5_backend.course.homework import stage_tables
 from tests.docs.markdown import (DECKS, ENGINEERS, GUIDES, HANDOUTS, LIBRARY, PAGES, PAPERS, READING, READMES, ROOT, fences, formulas,
                                  handouts, headings, links, prose, read, sections, slides, spans)
 from tests.project import BUILD
@@ -126,12 +127,13 @@ class Documents(unittest.TestCase):
         for path in READMES:
             self.assertLessEqual(len(re.findall(r"[\u4e00-\u9fff]|\S+", read(path))), 700, path)
 
-    def test_syllabus_has_every_stage_and_the_minutes_of_the_notes(self):
+    def test_tables_of_stages_are_current(self):
+        for path, language in stage_tables.PAGES.items():
+            self.assertEqual(read(path), stage_tables.with_stages(read(path), language), f"run python3 -m {stage_tables.__name__}")
+
+    def test_syllabus_has_the_minutes_of_the_notes(self):
         for path in READMES:
-            rows = re.findall(r"^\| (\d) \| [^|]+ \| (\d+) \| ([^|]+) \|", read(path), re.M)
-            self.assertEqual(sorted(stage for _, _, stages in rows for stage in re.findall(r"\[(.+?)\]", stages)),
-                             [stage["id"] for stage in json.loads(read(ROOT / "ch5_homework/stages.json"))["stages"]], path)
-            for (lecture, minutes, _), deck in zip(rows, DECKS, strict=True):
+            for (lecture, minutes), deck in zip(re.findall(r"^\| (\d) \| [^|]+ \| (\d+) \|", read(path), re.M), DECKS, strict=True):
                 spoken = sum(map(int, re.findall(r"^<!-- \((\d+) min\)", read(deck), re.M)))
                 self.assertAlmostEqual(int(minutes), spoken, delta=2, msg=f"{path}: lecture {lecture}")
 
@@ -156,13 +158,6 @@ class Documents(unittest.TestCase):
         for path in GUIDES:
             rows = re.findall(r"^\| \d+ \| (`[^|]+) \|", read(path), re.M)
             self.assertEqual([name for row in rows for name in re.findall(r"`([\w-]+)`", row)], pages, path)
-
-    def test_instructors_guide_has_the_points_of_the_rubric(self):
-        stages = json.loads(read(ROOT / "ch5_homework/stages.json"))["stages"]
-        wanted = {stage["id"]: sum(stage["points"].values()) for stage in stages}
-        for path in GUIDES:
-            rows = re.findall(r"^\| ([\d.]+) \| (\d+) \|", sections(read(path))[4][1], re.M)
-            self.assertEqual({stage: int(points) for stage, points in rows}, wanted, path)
 
     def test_names_that_a_stage_needs_are_in_their_header(self):
         for (path, *_), text in handouts():
@@ -200,14 +195,6 @@ class Documents(unittest.TestCase):
                 if page.name.startswith("stage_"):
                     head = read(page).partition("\n## ")[0]
                     self.assertRegex(head, r"\]\(\.\./\.\./slides/reading/\d-[\w-]+\.(en|zh)\.md#", f"{page} names no page of a lecture")
-
-    def test_debugger_page_has_the_programs_and_tests_of_the_stages(self):
-        wanted = {}
-        for stage in json.loads(read(ROOT / "ch5_homework/stages.json"))["stages"]:
-            wanted.setdefault(stage["file"], []).append(stage["tests"])
-        for page in next(pair for pair in PAGES if pair[0].name == "debugger.md"):
-            rows = re.findall(r"^\| `(\w+)\.cc` \| `debug_check_\1` \| `build/release/bin/debug_check_\1` \| (.+) \|$", read(page), re.M)
-            self.assertEqual({file + ".cc": re.findall(r"`(.+?)`", tests) for file, tests in rows}, wanted, page)
 
     def test_map_shows_every_floor(self):
         for path in ENGINEERS[1]:

@@ -13,7 +13,6 @@ from unittest import mock
 from ch5_backend.course.base.commands import make_parser
 from ch5_backend.course.base import language
 from ch5_backend.course.base.language import PLACEHOLDER, sentence
-from ch5_backend.course.grading.rubric import read_rubric
 from ch5_backend.course.homework import blanks, check, compiler, hint_policy, judge
 from ch5_backend.course.homework.diagnosis import Verdict, because, describe, in_full, in_short
 from ch5_backend.course.homework.regions import FILES, ROOT, STAGES, regions, solution_text, stage_of
@@ -24,9 +23,9 @@ from tests.homework.run_samples import said_in
 ENGLISH = language.speaker("en")
 COURSE, CHECKS = ROOT / "ch5_backend" / "course", ROOT / "ch5_homework" / "judge"
 ID = re.compile(r"(?:\d\.\d|\w+)\.[A-Za-z][\w -]*(?<!_)")
+CHINESE_LETTER = re.compile(r"[\u4e00-\u9fff]")
 # Ids that are put together where they are used.
-MADE = {*(f"state.{state}" for state in (*check.COLORS, "missing", "unread")), *(f"title.{stage['id']}" for stage in STAGES),
-        *(f"checked.{check}" for checks in read_rubric().values() for check in checks),
+MADE = {*(f"state.{state}" for state in (*check.COLORS, "missing", "unread")),
         *(f"check.next_{state.replace('-', '_')}" for state in check.COLORS if state != "right"), "check.next_ended_by_itself",
         "check.next_prints_too_much", *(f"skeleton.{others}{depth}_depth" for others in ("", "others_") for depth in ("first", "second"))}
 
@@ -74,6 +73,10 @@ class Store(unittest.TestCase):
         self.assertEqual(set(ENGLISH.sentences), set(CHINESE.sentences))
         for name, english in ENGLISH.sentences.items():
             self.assertEqual(placeholders(english), placeholders(CHINESE.sentences[name]), name)
+
+    def test_stages_and_checks_have_names_in_both_languages(self):
+        for names in (names for stage in STAGES for names in (stage["title"], *stage["checks"].values())):
+            self.assertTrue(names["en"] and not CHINESE_LETTER.search(names["en"]) and CHINESE_LETTER.search(names["zh"]), names)
 
     def test_every_id_in_use_has_a_sentence_and_every_sentence_is_used(self):
         self.assertEqual(sorted(used() - set(ENGLISH.sentences)), [])

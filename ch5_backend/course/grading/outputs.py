@@ -10,6 +10,7 @@ from xml.etree import ElementTree
 from ch5_backend.figures.atomic_write import atomic_write, write_whole
 
 from ..homework.diagnosis import in_full, in_short
+from ..homework.regions import check_in_words
 from ..base.language import Speaker, speaker
 
 # What neither XML nor a terminal takes, and the marks that turn the direction of writing, so that a line reads as another.
@@ -28,10 +29,6 @@ def plain(text: str) -> str:
 def words_on(row: dict, say: Speaker) -> str:
     """A stage's verdict for a human."""
     return plain(in_full(row["diagnosis"], row["output"], say))
-
-
-def check_in_words(name: str, say: Speaker) -> str:
-    return say(f"checked.{name}") if f"checked.{name}" in say.sentences else name
 
 
 def write_one(folder: Path, record: dict, say: Speaker) -> None:
@@ -56,7 +53,7 @@ def gradescope(record: dict, say: Speaker = speaker("en")) -> dict:
     if record["status"] != "graded":
         words = {"not-read": "\n".join(map(say.text, record.get("faults", ()))), "not-judged": say("grade.partly_judged")}
         return {"output": words.get(record["status"], say("grade.grader_failed")), "extra_data": extra, "tests": []}
-    tests = [{"name": f"{row['id']} {row['name']}: {check_in_words(check['name'], say)}", "number": row["id"], "score": check["score"],
+    tests = [{"name": f"{row['id']} {row['name']}: {check_in_words(row['id'], check['name'], say)}", "number": row["id"], "score": check["score"],
               "max_score": check["points"], "status": "passed" if check["passed"] else "failed",
               "visibility": "visible", "output_format": "text",
               "output": "" if check["passed"] or any(not other["passed"] for other in row["checks"][:k]) else

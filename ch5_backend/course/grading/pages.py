@@ -9,6 +9,7 @@ from ch5_backend.figures import page
 
 from ..homework import hint
 from ..homework.check import MARKS
+from ..homework.regions import check_in_words, title_of
 from ..base.language import Speaker
 from . import outputs
 
@@ -45,7 +46,7 @@ def write_feedback(folder: Path, record: dict, say: Speaker, marks=()) -> None:
                  *(piece for one in marks for piece in final(one, say)),
                  *(paragraph(say("grade.fault", fault=fault)) for fault in record["faults"]),
                  page.table([say("grade.stage"), say("grade.state"), say("grade.points")],
-                            [[f"{row['id']} {title(row, say)}", state_of(row, say),
+                            [[f"{row['id']} {title_of(row['id'], say)}", state_of(row, say),
                               "–" if row["state"] == "unread" else points_of(row, say).replace(" ", NO_BREAK)]
                              for row in record["stages"]], "words")]
         for row in record["stages"]:
@@ -82,10 +83,6 @@ def state_of(row: dict, say: Speaker) -> str:
     return say("state.half-done" if row["diagnosis"].get("begun") else f"state.{row['state']}")
 
 
-def title(row: dict, say: Speaker) -> str:
-    return say(f"title.{row['id']}")
-
-
 def paragraph(text: str) -> Markup:
     return element("p", text)
 
@@ -96,7 +93,7 @@ def unfolds(title: str, kind: str, text) -> Markup:
 
 def feedback_on(row: dict, say: Speaker) -> list:
     """A stage: the diagnosis, a picture of the wrong entries, what was printed, and the handout's hints to unfold."""
-    body = [element("h2", f"{MARKS.get(row['state'], '✗')} {row['id']} {title(row, say)}")]
+    body = [element("h2", f"{MARKS.get(row['state'], '✗')} {row['id']} {title_of(row['id'], say)}")]
     if row["state"] == "right":
         return body + [paragraph(say("grade.all_passed"))]
     body.append(element("pre", outputs.words_on(row, say)))
@@ -107,7 +104,7 @@ def feedback_on(row: dict, say: Speaker) -> list:
     if row.get("followed"):
         body.append(paragraph(followed(row, say)))
     if not untouched(row):
-        checks = [[outputs.check_in_words(check["name"], say), "✓" if check["passed"] else "✗", points_of(check, say).replace(" ", NO_BREAK)]
+        checks = [[check_in_words(row["id"], check["name"], say), "✓" if check["passed"] else "✗", points_of(check, say).replace(" ", NO_BREAK)]
                   for check in row["checks"]]
         body.append(page.table([say("grade.check"), say("grade.state"), say("grade.points")], checks, "words"))
     sections = hint.handout(say.language)

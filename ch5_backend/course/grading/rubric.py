@@ -9,7 +9,7 @@ from ..homework.regions import STAGES, STAGE_TABLE
 
 def read_rubric() -> dict:
     """{stage: {check: points}}. Raises CourseError if the table does not say that."""
-    rubric = {stage["id"]: stage["points"] for stage in STAGES if "points" in stage}
+    rubric = {stage["id"]: {name: check.get("points") for name, check in stage["checks"].items()} for stage in STAGES if "checks" in stage}
     for stage, checks in rubric.items():
         for check, points in checks.items():
             if isinstance(points, bool) or not isinstance(points, (int, float)) or not 0 <= points <= 1000:

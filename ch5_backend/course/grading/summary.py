@@ -13,10 +13,11 @@ from ch5_backend.figures import page
 from ..base.language import Speaker
 from ..homework.check import MARKS
 from ..homework.diagnosis import SYMPTOMS, cause_of
+from ..homework.regions import check_in_words, title_of
 from . import outputs, unnamed
 from .job import OUT_OF_TIME
 from .likeness import alike_once, as_solution
-from .pages import element, paragraph, state_of, title, untouched
+from .pages import element, paragraph, state_of, untouched
 
 NEAR = 10.0  # times its tolerance: so near a wrong number may be rounding
 BINS = 10
@@ -54,7 +55,7 @@ def write(out: Path, records: list, points: dict, book, marks: list, looked_at: 
     if counted:
         rows = [row for record in counted for row in record["stages"] if not untouched(row)]
         body += [of_stages(counted, say), *counts("grade.most_failed_checks", Counter(
-            f"{row['id']} {outputs.check_in_words(check['name'], say)}" for row in rows for check in row["checks"]
+            f"{row['id']} {check_in_words(row['id'], check['name'], say)}" for row in rows for check in row["checks"]
             if not check["passed"] and row["state"] != "not-started"), say),  # an empty blank has failed nothing
             *counts("grade.misconceptions", Counter(what for row in rows if (what := misconception(row, say))), say),
             *unnamed.table(groups, say)]
@@ -133,7 +134,7 @@ def of_stages(graded: list, say: Speaker) -> Markup:
         rows = [row for record in graded for row in record["stages"] if row["id"] == stage]
         scores = [row["score"] for row in rows if not untouched(row)]
         states = Counter(state_of(row, say) for row in rows if not untouched(row))
-        table.append([f"{stage} {title(rows[0], say)}", f"{statistics.mean(scores):.1f}" if scores else "–",
+        table.append([f"{stage} {title_of(rows[0]['id'], say)}", f"{statistics.mean(scores):.1f}" if scores else "–",
                       f"{max(row['points'] for row in rows):g}", len(rows) - len(scores),
                       say("grade.list").join(f"{n} {state}" for state, n in states.most_common())])
     cpu = [record["cpu_seconds"] for record in graded]
@@ -155,7 +156,7 @@ def misconception(row: dict, say: Speaker) -> str:
 
 def near_misses(graded: list, say: Speaker) -> Markup:
     """Checks that failed, or passed, within a factor of 10 of their tolerance: to be looked at by a human."""
-    table = [[link(record, record["name"]), f"{row['id']} {outputs.check_in_words(check, say)}", f"{margin:.2g}"]
+    table = [[link(record, record["name"]), f"{row['id']} {check_in_words(row['id'], check, say)}", f"{margin:.2g}"]
              for record in graded for row in record["stages"]
              for check, margin in row["margins"].items() if 1.0 / NEAR < margin < NEAR]
     head = list(map(say, ["grade.submission", "grade.check", "grade.deviation"]))

@@ -20,7 +20,7 @@ from .make_skeleton import holds_work
 from .mended import blanks_of, mended
 from .names import namesake, plain
 from .predict import compared, predict
-from .regions import NAME_CAUSE_AT_FAILURE, STAGES, covers, todos_of
+from .regions import NAME_CAUSE_AT_FAILURE, STAGES, covers, title_of, todos_of
 from .ticks import EMPTY, RIGHT, WAITS, WRONG, ticks
 from ..base.language import Speaker, fitted, pad, sentence, speaker
 
@@ -85,7 +85,7 @@ def run_status(as_json: bool, language: str) -> int:
 
 def points(open_stages: list, say: Speaker) -> str:
     """The points of the right stages; a stage that is not right may have earned some, too."""
-    worth = {stage["id"]: sum(stage.get("points", {}).values()) for stage in STAGES}
+    worth = {stage["id"]: sum(check["points"] for check in stage["checks"].values()) for stage in STAGES}
     earned = sum(points for stage, points in worth.items() if stage not in open_stages)
     return say("status.points", points=f"{earned:g}", all=f"{sum(worth.values()):g}")
 
@@ -250,7 +250,7 @@ def state_of(verdict: Verdict, say: Speaker) -> str:
 def tell_line(stage: dict, verdict: Verdict, out, say: Speaker) -> None:
     """One line of ./course status, and one for the hint."""
     state = paint(f"{MARKS.get(verdict.state, '✗')} {pad(state_of(verdict, say), STATE_WIDTH)}", verdict.state, out)
-    title = f"{say('title.' + stage['id'])} ({stage['file']})"
+    title = f"{title_of(stage['id'], say)} ({stage['file']})"
     narrow = out.isatty() and shutil.get_terminal_size().columns < 100
     print(f"{stage['id']:<4} {state}" + ("\n" + fitted(f"       {title}", out) if narrow else f"  {title}"), file=out)
     tell_ticks(verdict, "       ", out, say)
@@ -261,7 +261,7 @@ def tell_line(stage: dict, verdict: Verdict, out, say: Speaker) -> None:
 def tell(stage: dict, verdict: Verdict, out, say: Speaker) -> None:
     """The verdict of ./course check, all that it says, and what to do next."""
     head = f"{MARKS.get(verdict.state, '✗')} {stage['id']} {state_of(verdict, say)}"
-    print(f"{paint(head, verdict.state, out)}   {say('title.' + stage['id'])}", file=out)
+    print(f"{paint(head, verdict.state, out)}   {title_of(stage['id'], say)}", file=out)
     tell_ticks(verdict, "  ", out, say)
     tell_printed(verdict, out, say)
     words = in_full(verdict.diagnosis, verdict.output, say)

@@ -10,7 +10,7 @@ from pathlib import Path
 from ..base.errors import warn
 from ..base.language import Speaker, fitted, speaker
 from . import hint
-from .regions import STAGES
+from .regions import STAGES, title_of
 
 NAME = "predictions.csv"  # question, numbers
 SECTION = re.compile(r"^##+ (?:Predict before you run|先预测，再运行)\n\n(.*?)\n\n<details>", re.MULTILINE | re.DOTALL)
@@ -85,7 +85,7 @@ def predict(stages: list, folder: Path, language: str) -> int:
         print(say("predict.all_kept", file=NAME))
         return 0
     stage, new = (due or stages)[0], {}
-    text = f"{stage['id']} · {say('title.' + stage['id'])}\n\n{asked_in(stage, language)}\n"
+    text = f"{stage['id']} · {title_of(stage['id'], say)}\n\n{asked_in(stage, language)}\n"
     print(fitted(text.replace("`", ""), sys.stdout))
     try:
         for question, right in QUESTIONS[stage["id"]].items():

@@ -27,6 +27,15 @@ STAGES, NAME_CAUSE_AT_FAILURE = TABLE["stages"], TABLE["name_cause_at_failure"]
 FILES = sorted({stage["file"] for stage in STAGES})
 
 
+def title_of(stage: str, say) -> str:
+    return next(row["title"] for row in STAGES if row["id"] == stage)[say.language]
+
+
+def check_in_words(stage: str, check: str, say) -> str:
+    """A check of another version of the course keeps its name."""
+    return next((row["checks"].get(check, {}) for row in STAGES if row["id"] == stage), {}).get(say.language, check)
+
+
 def sections_of(stage: dict) -> list:
     """The handout's sections on a stage: one, unless the table says otherwise."""
     return stage.get("sections", [stage["id"]])
