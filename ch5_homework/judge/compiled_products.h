@@ -1,6 +1,6 @@
 #pragma once
-/// Products of dynamic matrices, compiled once. Each kind of product costs a file that is compiled without optimization
-/// (the tests, a student's file) half a second: some hundred of Eigen's functions. Announced here as specializations,
+/// Products of dynamic matrices, and of a covariance's size, compiled once. Each kind of product costs a file that is compiled
+/// without optimization (the tests, a student's file) half a second: some hundred of Eigen's functions. Announced here as specializations,
 /// they are taken from compiled_products.cc, where Eigen's own templates do the work; a factor that is an expression is
 /// evaluated first. Sizes are still asserted where the product is written.
 
@@ -11,14 +11,20 @@
 // NOLINTBEGIN(readability-identifier-naming): Eigen's names
 namespace ch5::compiled {
 using Jacobian = Eigen::Map<const Eigen::MatrixXd>;  // as Edge::Jacobian returns it
+using Mat99 = Eigen::Matrix<double, 9, 9>;           // A P Aᵀ + B Q Bᵀ of stage 8c
+using Mat96 = Eigen::Matrix<double, 9, 6>;
+using Mat69 = Eigen::Matrix<double, 6, 9>;
 template <typename L, typename R, int Kind>
 using ProductOf = Eigen::internal::generic_product_impl<L, R, Eigen::DenseShape, Eigen::DenseShape, Kind>;
 template <typename L, typename R>
 using OfMatrices = ProductOf<L, R, Eigen::GemmProduct>;
+template <typename L, typename R>
+using To = Eigen::Matrix<typename L::Scalar, L::RowsAtCompileTime, R::ColsAtCompileTime>;
 template <typename L>
 using OfVector = ProductOf<L, Eigen::VectorXd, Eigen::GemvProduct>;
 
-/// A product of expressions: both are evaluated first, so that only a few kinds of matrices are multiplied.
+/// A product of expressions: both are evaluated first, so that only a few kinds of matrices are multiplied; and so is the
+/// product, which Eigen wants in rows where the right factor is transposed.
 template <typename L, typename R, int Kind>
 struct OfExpressions {
   using Scalar = typename L::Scalar;
@@ -27,21 +33,26 @@ struct OfExpressions {
                                    Eigen::Matrix<Scalar, T::RowsAtCompileTime, T::ColsAtCompileTime>>;
   using OfPlain = ProductOf<Plain<L>, Plain<R>, Kind>;
 
-  template <typename To>
-  static void evalTo(To& to, const L& lhs, const R& rhs) {
-    OfPlain::evalTo(to, lhs, rhs);
+  static To<L, R> Evaluated(const L& lhs, const R& rhs) {
+    To<L, R> product(lhs.rows(), rhs.cols());
+    OfPlain::evalTo(product, lhs, rhs);
+    return product;
   }
-  template <typename To>
-  static void addTo(To& to, const L& lhs, const R& rhs) {
-    OfPlain::addTo(to, lhs, rhs);
+  template <typename M>
+  static void evalTo(M& to, const L& lhs, const R& rhs) {
+    to = Evaluated(lhs, rhs);
   }
-  template <typename To>
-  static void subTo(To& to, const L& lhs, const R& rhs) {
-    OfPlain::subTo(to, lhs, rhs);
+  template <typename M>
+  static void addTo(M& to, const L& lhs, const R& rhs) {
+    to += Evaluated(lhs, rhs);
   }
-  template <typename To>
-  static void scaleAndAddTo(To& to, const L& lhs, const R& rhs, const Scalar& factor) {
-    OfPlain::scaleAndAddTo(to, lhs, rhs, factor);
+  template <typename M>
+  static void subTo(M& to, const L& lhs, const R& rhs) {
+    to -= Evaluated(lhs, rhs);
+  }
+  template <typename M>
+  static void scaleAndAddTo(M& to, const L& lhs, const R& rhs, const Scalar& factor) {
+    to += factor * Evaluated(lhs, rhs);
   }
 };
 
@@ -82,28 +93,32 @@ struct compute_inverse<M, MatrixXd, Dynamic> {
 };
 }  // namespace Eigen::internal
 
-// Each is one(L, R) for the products L·R of two matrices, each_vector(L) for those with a vector.
-#define CH5_COMPILED_PRODUCTS(each, each_vector)      \
-  each(MatrixXd, MatrixXd);                           \
-  each(MatrixXd, Transpose<MatrixXd>);                \
-  each(MatrixXd, Transpose<const MatrixXd>);          \
-  each(MatrixXd, ch5::compiled::Jacobian);            \
-  each(Transpose<MatrixXd>, MatrixXd);                \
-  each(Transpose<const MatrixXd>, MatrixXd);          \
-  each(Transpose<ch5::compiled::Jacobian>, MatrixXd); \
-  each_vector(MatrixXd);                              \
-  each_vector(Transpose<MatrixXd>);                   \
-  each_vector(Transpose<const MatrixXd>);             \
+// Each is one(L, R) for the products L·R of two matrices, each_vector(L) for those with a vector, and one(L, R, evalTo) for
+// those of fixed sizes.
+#define CH5_COMPILED_PRODUCTS(each, each_vector, each_fixed)      \
+  each_fixed(ch5::compiled::Mat99, ch5::compiled::Mat99, evalTo); \
+  each_fixed(ch5::compiled::Mat96, ch5::compiled::Mat69, evalTo); \
+  each(MatrixXd, MatrixXd);                                       \
+  each(MatrixXd, Transpose<MatrixXd>);                            \
+  each(MatrixXd, Transpose<const MatrixXd>);                      \
+  each(MatrixXd, ch5::compiled::Jacobian);                        \
+  each(Transpose<MatrixXd>, MatrixXd);                            \
+  each(Transpose<const MatrixXd>, MatrixXd);                      \
+  each(Transpose<ch5::compiled::Jacobian>, MatrixXd);             \
+  each_vector(MatrixXd);                                          \
+  each_vector(Transpose<MatrixXd>);                               \
+  each_vector(Transpose<const MatrixXd>);                         \
   each_vector(Transpose<ch5::compiled::Jacobian>)
 // The heads of what is specialized.
 #define CH5_PRODUCT(L, R, function) \
   template <>                       \
   template <>                       \
-  void ch5::compiled::OfMatrices<L, R>::function(MatrixXd& to, const L& lhs, const R& rhs)
-#define CH5_SCALED_PRODUCT(L, R) \
-  template <>                    \
-  template <>                    \
-  void ch5::compiled::OfMatrices<L, R>::scaleAndAddTo(MatrixXd& to, const L& lhs, const R& rhs, const double& factor)
+  void ch5::compiled::OfMatrices<L, R>::function(ch5::compiled::To<L, R>& to, const L& lhs, const R& rhs)
+#define CH5_SCALED_PRODUCT(L, R)                                                                               \
+  template <>                                                                                                  \
+  template <>                                                                                                  \
+  void ch5::compiled::OfMatrices<L, R>::scaleAndAddTo(ch5::compiled::To<L, R>& to, const L& lhs, const R& rhs, \
+                                                      const double& factor)
 #define CH5_SCALED_PRODUCT_WITH_VECTOR(L)                                                         \
   template <>                                                                                     \
   template <>                                                                                     \
@@ -116,7 +131,7 @@ struct compute_inverse<M, MatrixXd, Dynamic> {
   CH5_SCALED_PRODUCT(L, R)
 
 namespace Eigen::internal {
-CH5_COMPILED_PRODUCTS(CH5_ANNOUNCE, CH5_SCALED_PRODUCT_WITH_VECTOR);
+CH5_COMPILED_PRODUCTS(CH5_ANNOUNCE, CH5_SCALED_PRODUCT_WITH_VECTOR, CH5_PRODUCT);
 }  // namespace Eigen::internal
 // NOLINTEND(readability-identifier-naming)
 #endif
