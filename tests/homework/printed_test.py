@@ -71,6 +71,14 @@ class Printed(FolderTest):
         silent = self.verdict("time.sleep(60)", 1.0)
         self.assertEqual((silent.state, cause_of(silent.diagnosis)), ("times-out", "judge.does_not_end"))
 
+    def test_who_waits_for_a_core_is_in_time(self):
+        verdict = self.verdict("""import os, subprocess
+os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
+others = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(5)]
+while time.process_time() < 1.0: pass
+for other in others: other.kill()""", 3.0)
+        self.assertEqual(verdict.state, "wrong", "it needs a second, and takes six")
+
     def test_a_crash_behind_a_flood_is_told(self):
         verdict = self.verdict('sys.stdout.write("y\\n" * 2000000); print("\\nCRASH Null pointer in Second", flush=True); '
                                'import os; os._exit(139)')
