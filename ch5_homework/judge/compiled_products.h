@@ -40,7 +40,8 @@ struct OfExpressions {
   }
   template <typename M>
   static void evalTo(M& to, const L& lhs, const R& rhs) {
-    to = Evaluated(lhs, rhs);
+    const To<L, R> product = Evaluated(lhs, rhs);
+    to = product;  // copied: an evaluator keeps the address of these numbers
   }
   template <typename M>
   static void addTo(M& to, const L& lhs, const R& rhs) {
