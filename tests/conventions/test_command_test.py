@@ -4,7 +4,7 @@ import json
 import re
 import unittest
 
-from ch5_backend.course.test import skipped, worth_reading
+from ch5_backend.course.test import skipped, targets_of, worth_reading
 from tests.project import BUILD, run
 
 JUNIT = """<testsuite>
@@ -35,6 +35,11 @@ class Words(unittest.TestCase):
 
 
 class Names(unittest.TestCase):
+    def test_only_what_tests_of_one_beginning_need_is_built(self):
+        for names, targets in ((["^Loss"], ["test_graph"]), (["^Loss.Derivatives", "^Marginalize"], ["test_graph", "test_marginalize"]),
+                               (["Loss"], []), (["^Loss|Graph"], []), (["^Loss", "^Homework"], []), (["^Scenes/"], []), (["^["], []), ([], [])):
+            self.assertEqual(targets_of(names), targets, names)
+
     def test_every_test_has_a_name_of_its_own_that_can_be_typed(self):
         """No address, no value of a parameter, and so the same in each run."""
         done = run("ctest", "--test-dir", BUILD, "--show-only=json-v1", check=True)
