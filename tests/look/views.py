@@ -29,7 +29,7 @@ SIDE, STEP = {1280: 32, 768: 24, 390: 20}, 4
 ACCEPTED = Path(__file__).with_name("accepted.json")
 PIECE = 8000  # pixels that Chromium draws at a time
 READY = """document.readyState === 'complete' && !document.querySelector('#MathJax_Message') && Promise.all([window.MathJax?.startup?.promise,
-...[...document.images].filter(one => one.loading !== 'lazy').map(one => one.decode().catch(() => 0))]).then(() => true)"""
+...[...document.images].map(one => one.decode().catch(() => 0))]).then(() => true)"""
 RESTS = "ready.then(() => !present && !jobs.length)"
 ZEROS = """(() => { const walk = document.createTreeWalker(document.documentElement, NodeFilter.SHOW_TEXT);
 while (walk.nextNode()) { const one = walk.currentNode; if (!one.parentNode.closest('script, style, option, mjx-container')) {

@@ -73,7 +73,7 @@ def of_gauge(part: str, needs: str, seconds: tuple, **trials) -> FigureSet:
 
 
 RECORDING = " ".join(f"csv/odometry_{name}" for name in
-                     "policies results segments path lengths consistency windows matrices spectrum gauge warnings machine".split())
+                     "policies results segments path lengths consistency windows spectrum gauge warnings machine".split())
 SYSTEMS = {"ablation": (30, 1), "ablation_recording": (1, 1), "consistency_recording": (6, 1), "first_estimates": (18, 1), "walk_scale": (3, 1),
            "back_ends": (1, 1), "calibration": (6, 1),
            "preintegration": (1, 1), "distance": (1, 1), "window_size": (3, 1), "pose_graphs": (24, 1), "pose_graph_starts": (6, 1),

@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import shlex
 import shutil
 import sys
 import time
@@ -74,7 +75,7 @@ def run_status(as_json: bool, language: str) -> int:
     verdicts = judge_stages(stages)
     report(stages, verdicts if as_json else held_back(stages, verdicts, counts=False), as_json, tell_line, say)
     open_stages = [stage["id"] for stage, verdict in zip(stages, verdicts) if verdict.state != "right"]
-    following = sentence("status.next", command=f"./course check {open_stages[0]}") if open_stages else sentence("check.last_stage")
+    following = sentence("status.next", command=command_of(open_stages[0])) if open_stages else sentence("check.last_stage")
     out = sys.stderr if as_json else sys.stdout
     marks = [mark for stage, verdict in zip(stages, verdicts) for mark in (verdict.todos or dict.fromkeys(stage["todos"], WAITS)).values()]
     said = (say("status.right", n=len(stages) - len(open_stages), all=len(stages), m=marks.count(RIGHT), todos=len(marks)),
@@ -323,9 +324,15 @@ def indent(text: str) -> str:
     return "\n".join(("  " + line).rstrip() for line in text.splitlines())
 
 
+def command_of(stage: str) -> str:
+    """What checks a stage of this homework."""
+    where = "" if HOMEWORK == ROOT / "ch5_homework" else f"CH5_HOMEWORK_DIR={shlex.quote(str(HOMEWORK))} "
+    return f"{where}./course check {stage}"
+
+
 def next_step(stage: dict, verdict: Verdict) -> dict:
     """What to do, as data."""
-    again = f"./course check {stage['id']}"
+    again = command_of(stage["id"])
     file = stage["file"] if HOMEWORK == ROOT / "ch5_homework" else shown(HOMEWORK / stage["file"])
     if verdict.state == "right":
         ids = [row["id"] for row in STAGES]
@@ -333,7 +340,7 @@ def next_step(stage: dict, verdict: Verdict) -> dict:
         if not following:
             return sentence("check.last_stage")
         done = "check.next_stage_after_page" if stage.get("read_by_instructor") else "check.next_stage"
-        return sentence(done, stage=stage["id"], command=f"./course check {following[0]}")
+        return sentence(done, stage=stage["id"], command=command_of(following[0]))
     if cause_of(verdict.diagnosis) in ("judge.ended_by_itself", "judge.prints_too_much"):
         return sentence(f"check.next_{cause_of(verdict.diagnosis).partition('.')[2]}", file=file, command=again)
     return sentence(f"check.next_{verdict.state.replace('-', '_')}", file=file, todo=verdict.diagnosis.get("todo", ""),
