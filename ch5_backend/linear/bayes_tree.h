@@ -54,14 +54,14 @@ class BayesTree {
   /// eliminated again.  @return these, those above first
   const std::vector<int>& Solve(double threshold);
 
-  Eigen::Map<const VecX> Delta(int variable) const { return {&delta_[offset_[variable]], Dim(variable)}; }
+  Eigen::Map<const VecX> Delta(int variable) const { return {delta_.data() + At(offset_, variable), Dim(variable)}; }
   /// δ ← 0 where the variable's linearization point moves; all its factors are to be changed too.
-  void ClearDelta(int variable) { std::fill_n(delta_.begin() + offset_[variable], Dim(variable), 0.0); }
-  const std::vector<int>& FactorsOf(int variable) const { return factors_of_[variable]; }
-  const std::vector<int>& VariablesOf(int factor) const { return factors_[factor].variables; }
+  void ClearDelta(int variable) { std::fill_n(delta_.begin() + At(offset_, variable), Dim(variable), 0.0); }
+  const std::vector<int>& FactorsOf(int variable) const { return At(factors_of_, variable); }
+  const std::vector<int>& VariablesOf(int factor) const { return At(factors_, factor).variables; }
 
   /// False until the next Update for a variable that is new.
-  bool HasClique(int variable) const { return clique_of_[variable] >= 0; }
+  bool HasClique(int variable) const { return At(clique_of_, variable) >= 0; }
   /// The block of H⁻¹ of one variable that has a clique, dim×dim, in time proportional to the path from its clique to the root.
   MatXX Covariance(int variable) const;
 
@@ -85,7 +85,11 @@ class BayesTree {
     bool is_cut = false, is_new = false;
   };
 
-  int Dim(int variable) const { return offset_[variable + 1] - offset_[variable]; }
+  template <typename T>
+  static const T& At(const std::vector<T>& all, int k) {
+    return all[static_cast<size_t>(k)];
+  }
+  int Dim(int variable) const { return At(offset_, variable + 1) - At(offset_, variable); }
   void CutPathFrom(int variable);
   void CutTop(std::vector<int>* orphans);
   void NumberAffected();

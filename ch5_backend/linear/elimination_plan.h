@@ -39,7 +39,10 @@ struct EliminationPlan {
   double multiplications = 0.0;    ///< of the factorization; a dense one takes n³/6
 
   /// The size of the k-th block in elimination order.
-  int Dim(int k) const { return offset[k + 1] - offset[k]; }
+  int Dim(int k) const {
+    const auto first = offset.begin() + k;
+    return first[1] - first[0];
+  }
   /// The front that eliminates each block, in elimination order.
   std::vector<int> FrontOfEachBlock() const;
 };
