@@ -16,7 +16,7 @@ from ..base.processes import forget, start
 from .watch import Watch
 
 MIB = 1 << 20
-TICKS = 0.1  # [s]: the limit counts in ticks, of which the sum afterwards may lack some
+COUNTED = 0.8  # of the seconds that a limit has counted, in ticks: the sum afterwards was up to a tenth less on a busy machine
 
 
 class Limits(NamedTuple):
@@ -106,7 +106,7 @@ class Sandbox:
         if why := EXCEEDED[watch.exceeded]:
             output += f"\nerror: {why.format(self.limits.memory // MIB)}\n"
         # A program that used up its seconds was ended for that, even if it caught the signal and ended with a message of its own.
-        in_time = not late.is_set() and watch.exceeded != "seconds" and code != -signal.SIGXCPU and cpu < self.limits.seconds - TICKS
+        in_time = not late.is_set() and watch.exceeded != "seconds" and code != -signal.SIGXCPU and cpu < COUNTED * self.limits.seconds
         stalled = late.is_set() and cpu < self.limits.seconds and watch.own() < self.limits.wall_seconds / 2
         return Outcome(code, output, in_time, cpu, used.ru_maxrss / 1024, stalled)
 
