@@ -52,7 +52,7 @@ Prior Marginalize(const std::vector<std::shared_ptr<Edge>>& edges, const std::ve
 /// their neighbors takes their place. To first order at the present states the rest of the graph has the same minimum and
 /// the same covariances as before. The prior's Jacobian stays that of these states: a neighbor that moves far from them
 /// is linearized elsewhere by its other edges, and the two together know more than was measured, of yaw above all. Where
-/// that matters, linearize the others at the prior's first estimates too (consistency/observability.h).
+/// that matters, linearize the others at the prior's first estimates too (first_estimates.h).
 /// Edges of other levels than 0 are ignored (Edge::Level): they leave too, but the prior contains nothing of them.
 /// Landmarks that stay are tied to one another by it, which a solver that eliminates landmarks refuses: drop them too.
 /// @return the prior, which is in the graph; null if no free vertex is a neighbor, so that nothing remains to be known
