@@ -130,7 +130,7 @@ void ReadTracks(CsvReader* table, const std::string& path, Recording* recording,
 void ReadTruth(CsvReader* table, const std::string& path, Recording* recording, std::vector<LeftOut>* left_out) {
   CsvReader& csv = *table;
   const bool has_velocity = csv.Has("v_x"), has_biases = csv.Has("bg_x") || csv.Has("ba_x");
-  ReadEach(path, left_out, [&] {
+  ReadPoses(path, left_out, [&] {
     if (!NextRow(&csv)) return false;
     StampedState state;
     state.t = TimeOf(csv, csv.Stamp(), *recording);
@@ -266,7 +266,7 @@ std::vector<StampedState> ReadTum(const std::string& path, int64_t origin_ns, st
     return words.empty() || words[0][0] == '#' ? std::string_view() : words[0];
   }));
   std::vector<StampedState> states;
-  ReadEach(path, left_out, [&] {
+  ReadPoses(path, left_out, [&] {
     const auto line = reader.ReadLine();
     if (!line) return false;
     const auto words = Words(*line);

@@ -35,11 +35,11 @@ struct LeftOut {
 };
 
 /// Calls `read`, which reads one line's item and returns false at the end, until then. What throws is left out and added to
-/// `left_out`. More than one in twenty is not damage but a file that is not understood.
+/// `left_out`. More than one in `share` is not damage but a file that is not understood.
 /// @param left_out  null: the first error is thrown
 /// @throws FileError the first error, if so
 template <typename Read>
-void ReadEach(const std::string& file, std::vector<LeftOut>* left_out, const Read& read) {
+void ReadEach(const std::string& file, std::vector<LeftOut>* left_out, const Read& read, int share = 20) {
   LeftOut here{file, 0, {}};
   int taken = 0;
   for (bool more = true; more;) {
@@ -51,8 +51,14 @@ void ReadEach(const std::string& file, std::vector<LeftOut>* left_out, const Rea
       if (here.count++ == 0) here.first = error.what();
     }
   }
-  if (20 * here.count > taken) throw FileError(here.first);
+  if (share * here.count > taken) throw FileError(here.first);
   if (here.count > 0) left_out->push_back(here);
+}
+
+/// The same of a truth, of which only more than a half is too much: motion capture that has lost sight writes no numbers.
+template <typename Read>
+void ReadPoses(const std::string& file, std::vector<LeftOut>* left_out, const Read& read) {
+  ReadEach(file, left_out, read, 2);
 }
 
 /// Which of these, in the order of a file, are not in the longest sequence that never decreases: a stamp that jumps ahead is

@@ -293,7 +293,7 @@ std::vector<StampedState> ReadTruth(const fs::path& path, const Transform& T_B_I
   if (!csv.Has("q_w")) return {};
   const bool has_velocity = csv.Has("v_x") && IsIdentity(T_S_I), has_biases = csv.Has("b_w_x") && csv.Has("b_a_x");
   std::vector<StampedState> states;
-  ReadEach(path.string(), left_out, [&] {
+  ReadPoses(path.string(), left_out, [&] {
     if (!csv.NextRow()) return false;
     StampedState state;
     state.t = SecondsAt(csv.Stamp(), recording.origin_ns);

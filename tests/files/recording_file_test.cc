@@ -179,6 +179,26 @@ TEST_F(RecordingFile, AStampThatJumpsAheadCostsOneRow) {
   EXPECT_NE(left_out[0].first.find(words), std::string::npos) << left_out[0].first;
 }
 
+// As motion capture writes that has lost sight of the body.
+TEST_F(RecordingFile, ATruthMayHavePosesWithoutNumbers) {
+  const size_t poses = recording_.truth.size();
+  const auto spoil = [&](size_t first, size_t end) {
+    for (size_t k = first; k < end; ++k) {
+      const int n = static_cast<int>(k) + 2;
+      const std::string line = Line("groundtruth.csv", n);
+      ReplaceLine("groundtruth.csv", n, line.substr(0, line.find(',')) + ",nan" + line.substr(line.find(',', 30)));
+    }
+  };
+  spoil(0, poses / 4);
+  EXPECT_NE(Message().find("groundtruth.csv:2: p_x: not finite, got \"nan\""), std::string::npos) << Message();
+  std::vector<LeftOut> left_out;
+  EXPECT_EQ(ReadRecording(folder_, &left_out).truth.size(), poses - poses / 4);
+  ASSERT_EQ(left_out.size(), 1u);
+  EXPECT_EQ(left_out[0].count, static_cast<int>(poses / 4));
+  spoil(poses / 4, poses / 2 + 2);
+  EXPECT_THROW(ReadRecording(folder_, &left_out), FileError);
+}
+
 TEST(OutOfOrder, LeavesOutTheFewest) {
   EXPECT_EQ(OutOfOrder({}), std::vector<bool>());
   EXPECT_EQ(OutOfOrder({1, 2, 2, 3}), std::vector<bool>({false, false, false, false}));
