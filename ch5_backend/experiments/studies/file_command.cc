@@ -76,9 +76,8 @@ Summary SolveGraph(Graph* graph, const FileSolveOptions& options) {
   return summary;
 }
 
-std::string HintAtHuber(const Graph& graph, const FileSolveOptions& options) {
-  constexpr double kFar = 10.0, kMost = 0.5;  // public BAL files have at most 0.32, Gaussian noise has 0
-  constexpr double kFew = 0.1;                // of the residuals: more than that are no outliers
+std::string HintAtHuber(const Graph& graph, const FileSolveOptions& options, const OutlierLimits& limits) {
+  constexpr double kWidest = 3.0;  // pixels or standard deviations, where outliers have widened the median
   if (options.huber > 0.0) return "";
   std::vector<double> residuals;  // √(rᵀWr), of edges that can move
   for (const auto& edge : graph.Edges()) {
@@ -92,15 +91,16 @@ std::string HintAtHuber(const Graph& graph, const FileSolveOptions& options) {
   double all = 0.0, of_far = 0.0;
   int far = 0;
   for (const double r : residuals) {
-    const bool is_far = r > kFar * median;
+    const bool is_far = r > limits.far * median;
     all += r * r, of_far += is_far ? r * r : 0.0, far += is_far;
   }
   constexpr double kRounding = 1e-9;  // pixels or standard deviations, of which no measurement has so many digits
-  if (median < kRounding || !(of_far > kMost * all) || far > kFew * static_cast<double>(residuals.size())) return "";
+  if (median < kRounding || !(of_far > limits.cost * all) || far > limits.few * static_cast<double>(residuals.size()))
+    return "";
   std::ostringstream hint;
-  hint << std::setprecision(2) << far << " of " << residuals.size() << " residuals are more than " << kFar
+  hint << std::setprecision(2) << far << " of " << residuals.size() << " residuals are more than " << limits.far
        << " times the median, " << median << ", and hold " << std::lround(100.0 * of_far / all)
-       << " % of the cost; --huber " << 3.0 * median << " limits how much such outliers pull";
+       << " % of the cost; --huber " << std::min(3.0 * median, kWidest) << " limits how much such outliers pull";
   return hint.str();
 }
 

@@ -39,8 +39,14 @@ void PrintSummary(const Summary& summary, const std::string& more = "");
 /// @throws std::invalid_argument if a residual or a Jacobian is not finite; names its edge
 Summary SolveGraph(Graph* graph, const FileSolveOptions& options);
 
+/// Residuals are outliers if they are so many times the median, hold so much of the cost and are no more than so few: intel,
+/// CSAIL and parking-garage, whose edges of odometry fit exactly, stay below.
+struct OutlierLimits {
+  double far = 10.0, cost = 0.5, few = 0.1;
+};
+
 /// One sentence on --huber, for a plain least-squares solution of which few residuals hold most of the cost; else empty.
-std::string HintAtHuber(const Graph& graph, const FileSolveOptions& options);
+std::string HintAtHuber(const Graph& graph, const FileSolveOptions& options, const OutlierLimits& limits = {});
 
 /// key,value: the rows of every summary, to which a format adds its own.
 CsvTable SummaryTable(const Summary& summary, const FileSolveOptions& options);
