@@ -118,6 +118,10 @@ ch5::RecordingWarnings CheckFiles(const std::vector<ch5::LeftOut>& left_out, con
   return warnings;
 }
 
+bool Has(const ch5::RecordingWarnings& warnings, const std::string& name) {
+  return std::any_of(warnings.begin(), warnings.end(), [&](const auto& warning) { return warning.name == name; });
+}
+
 // Throws if no image has a state, with what each policy says of the last one.
 void RequireAStart(const ch5::OdometryStudy& study, size_t images) {
   const auto is_silent = [](const ch5::OdometryRun& run) { return run.states.empty(); };
@@ -130,9 +134,8 @@ void RequireAStart(const ch5::OdometryStudy& study, size_t images) {
 // Focal length and clock, by the images' turns beside the gyroscope's; a dead one tells nothing.
 ch5::RecordingWarnings CompareWithImages(const ch5::RecordingWarnings& readings, ch5::Recording* recording,
                                          ch5::OdometrySettings* settings) {
-  const auto is_dead = [](const ch5::RecordingWarning& warning) { return warning.name == "gyroscope_dead"; };
-  if (std::any_of(readings.begin(), readings.end(), is_dead)) return {};
-  ch5::RecordingWarnings warnings = ch5::CheckMeasurements(*recording, settings);
+  if (Has(readings, "gyroscope_dead")) return {};
+  ch5::RecordingWarnings warnings = ch5::CheckMeasurements(settings, recording);
   if (settings->corrects_focal_length) ch5::CorrectFocalLength(settings->estimator.time_offset, &warnings, recording);
   const ch5::RecordingWarnings clock = ch5::CheckClock(*recording, settings);
   warnings.insert(warnings.end(), clock.begin(), clock.end());
@@ -164,10 +167,12 @@ void Run(const Command& command) {
       recording, [&](const std::string& policy, double fraction) { progress.Show(policy, fraction); }, settings,
       command.batch, true);
   progress.Clear();
-  const ch5::RecordingWarnings failures = ch5::CheckFailures(study);
+  // Images that turn otherwise than the gyroscope tell nothing of the accelerometer, nor of a scale.
+  const bool turns_otherwise = Has(warnings, "turns");
+  const auto failures = turns_otherwise ? ch5::RecordingWarnings() : ch5::CheckFailures(study);
   warn(failures);
   RequireAStart(study, recording.images.size());
-  if (failures.empty()) warn(ch5::CheckStarts(study));  // else no scale can be expected
+  if (failures.empty() && !turns_otherwise) warn(ch5::CheckStarts(study));
   warn(ch5::CheckAgreement(study));
   warn(ch5::CheckComparison(study));
   study.warnings = warnings;

@@ -30,7 +30,7 @@ void Check(ch5::Recording recording, const std::string& folder) {
   ch5::RecordingWarnings warnings = ch5::CheckReadings(folder + "/imu.csv", lines, false, &recording);
   const auto is_dead = [](const ch5::RecordingWarning& warning) { return warning.name == "gyroscope_dead"; };
   if (std::none_of(warnings.begin(), warnings.end(), is_dead)) {
-    const auto more = ch5::CheckMeasurements(recording, &settings);
+    const auto more = ch5::CheckMeasurements(&settings, &recording);
     warnings.insert(warnings.end(), more.begin(), more.end());
   }
   for (const ch5::RecordingWarning& warning : warnings)

@@ -40,10 +40,10 @@ TEST(ClockCheck, NoiseDoesNotPassForAnAnswer) {
 
 TEST(ClockCheck, ADelayIsFoundAndSetUnlessTheUserHasDecided) {
   for (const char* decided : {"", "false"}) {
-    const Recording recording = Delayed(0.3);
+    Recording recording = Delayed(0.3);
     OdometrySettings settings;
     if (*decided) settings.Set("estimate_time_offset", decided);
-    CheckMeasurements(recording, &settings);
+    CheckMeasurements(&settings, &recording);
     const RecordingWarnings warnings = CheckClock(recording, &settings);
     EXPECT_EQ(warnings.size(), *decided ? 0u : 1u);
     EXPECT_NEAR(settings.estimator.time_offset, *decided ? 0.0 : -0.3, 0.002) << decided;
@@ -51,9 +51,9 @@ TEST(ClockCheck, ADelayIsFoundAndSetUnlessTheUserHasDecided) {
 }
 
 TEST(ClockCheck, ClocksThatAgreeStayAsTheyAre) {
-  const Recording recording = Delayed(0.0);
+  Recording recording = Delayed(0.0);
   OdometrySettings settings;
-  EXPECT_TRUE(CheckMeasurements(recording, &settings).empty());
+  EXPECT_TRUE(CheckMeasurements(&settings, &recording).empty());
   EXPECT_TRUE(CheckClock(recording, &settings).empty());
   EXPECT_EQ(settings.estimator.time_offset, 0.0);
 }

@@ -193,7 +193,7 @@ TEST(ImplausibleReadings, ImagesThatTurnFartherThanTheGyroscopeTellWhy) {
         for (ImuMeasurement& m : recording.imu) m.gyroscope /= times;
       }
       OdometrySettings settings;
-      RecordingWarnings warnings = CheckMeasurements(recording, &settings);
+      RecordingWarnings warnings = CheckMeasurements(&settings, &recording);
       ASSERT_EQ(Names(warnings), name) << times;
       EXPECT_NEAR(warnings[0].value, times, 0.05);
       const double f = recording.calibration.fx, x = recording.images[0].tracks[0].x.x();
@@ -207,7 +207,73 @@ TEST(ImplausibleReadings, ImagesThatTurnFartherThanTheGyroscopeTellWhy) {
   Recording recording = Healthy();
   for (ImuMeasurement& m : recording.imu) m.gyroscope *= 180.0 / M_PI;
   OdometrySettings settings;
-  EXPECT_EQ(Names(CheckMeasurements(recording, &settings)), "turns_unit");
+  EXPECT_EQ(Names(CheckMeasurements(&settings, &recording)), "turns_unit");
+}
+
+// Outliers and a bias of the gyroscope look like turns.
+TEST(ImplausibleReadings, OutliersMakeNoFocalLengthWrong) {
+  RoomOptions options;
+  options.simulation.camera.outlier_fraction = 0.03;
+  options.simulation.camera.max_tracks = 60;
+  options.simulation.imu.b_g = Vec3(-0.002, 0.02, 0.03);
+  Recording recording = SimulateRoom(options);
+  OdometrySettings settings;
+  EXPECT_EQ(Names(CheckMeasurements(&settings, &recording)), "");
+}
+
+// Each of these turns the images otherwise than the gyroscope, in a way of its own.
+TEST(ImplausibleReadings, WhatTurnsTheImagesOtherwiseIsNamedAndTakenAway) {
+  const Recording healthy = SimulateRoom({});
+  const double seconds = healthy.imu.back().t;
+  const Calibration& c = healthy.calibration;
+  const auto warning_of = [](Recording* recording, OdometrySettings* settings) {
+    const RecordingWarnings warnings = CheckMeasurements(settings, recording);
+    return warnings.size() == 1 ? warnings[0] : RecordingWarning{Names(warnings), 0.0, 0.0, ""};
+  };
+  {
+    RoomOptions options;
+    options.simulation.camera.pixel_sigma = 0.0;
+    const Recording sharp = SimulateRoom(options);
+    Recording recording = sharp;
+    const double ms = 40.0, line = 1e-3 * ms * c.fy / c.height;  // a row is seen later by line · y
+    for (size_t k = 1; k + 1 < sharp.images.size(); ++k) {
+      const auto at = [&](size_t image, int id) -> const Vec2* {
+        for (const TrackedPoint& point : sharp.images[image].tracks)
+          if (point.id == id) return &point.x;
+        return nullptr;
+      };
+      for (TrackedPoint& point : recording.images[k].tracks) {
+        const Vec2 *before = at(k - 1, point.id), *after = at(k + 1, point.id);
+        if (before && after)
+          point.x += line * point.x.y() * (*after - *before) / (sharp.images[k + 1].t - sharp.images[k - 1].t);
+      }
+    }
+    OdometrySettings settings;
+    const RecordingWarning warning = warning_of(&recording, &settings);
+    EXPECT_EQ(warning.name, "turns_shutter");
+    EXPECT_NEAR(warning.value, ms, 0.15 * ms);
+  }
+  {
+    Recording recording = healthy;
+    const Vec3 drift(0.02, -0.01, 0.01);
+    for (ImuMeasurement& m : recording.imu) m.gyroscope += m.t / seconds * drift;
+    OdometrySettings settings;
+    const RecordingWarning warning = warning_of(&recording, &settings);
+    EXPECT_EQ(warning.name, "turns_drift");
+    EXPECT_NEAR(warning.value, drift.norm(), 0.2 * drift.norm());
+    EXPECT_GT(recording.calibration.noise.gyroscope_walk * std::sqrt(seconds), 0.8 * drift.norm());
+  }
+  {
+    Recording recording = healthy;
+    const double degrees = 4.0;
+    recording.calibration.T_B_C.q =
+        c.T_B_C.q * Qd(Eigen::AngleAxisd(degrees * M_PI / 180.0, Vec3(1, 2, 3).normalized()));
+    OdometrySettings settings;
+    const RecordingWarning warning = warning_of(&recording, &settings);
+    EXPECT_EQ(warning.name, "turns_rotation");
+    EXPECT_NEAR(warning.value, degrees, 0.15 * degrees);
+    EXPECT_TRUE(settings.estimator.estimate_extrinsic);
+  }
 }
 
 TEST(ImplausibleReadings, ARateThatIsNotTheCalibrationsIsNamed) {
@@ -215,7 +281,7 @@ TEST(ImplausibleReadings, ARateThatIsNotTheCalibrationsIsNamed) {
   for (size_t k = recording.imu.size() - 2; k > 0; --k)
     if (k % 4 == 3) recording.imu.erase(recording.imu.begin() + static_cast<std::ptrdiff_t>(k));
   OdometrySettings settings;
-  const RecordingWarnings warnings = CheckMeasurements(recording, &settings);
+  const RecordingWarnings warnings = CheckMeasurements(&settings, &recording);
   ASSERT_EQ(Names(warnings), "imu_rate");
   EXPECT_NEAR(warnings[0].value, 150.0, 1.0);
 }
@@ -278,7 +344,7 @@ TEST(ImplausibleReadings, FewOrNoisyImagesTellNothing) {
     Recording recording = SimulateRoom(options);
     while (recording.images.back().t > seconds) recording.images.pop_back();
     OdometrySettings settings;
-    EXPECT_EQ(Names(CheckMeasurements(recording, &settings)), "") << seed;
+    EXPECT_EQ(Names(CheckMeasurements(&settings, &recording)), "") << seed;
     EXPECT_EQ(settings.estimator.time_offset, 0.0) << seed;
   }
 }

@@ -17,10 +17,19 @@ namespace {
 
 constexpr double kSigma = 3e-3;  // [rad]: a pixel and a half
 
-// From C_i to C_j by the gyroscope at no bias:  R(b, τ) = Exp(−τ ω_i) R Exp(J b + τ ω_j),  τ being a delay.
+// From C_i to C_j by the gyroscope at a first guess of its bias:  R(b, τ) = Exp(−τ ω_i) R Exp(J b + τ ω_j),  τ being a delay.
 struct GyroscopeTurn {
   Mat33 R, J;
   Vec3 rate_i, rate_j, theta;
+  double age;  // from the recording's middle [s]
+};
+
+// What all pairs share; the cause is the number of a Disagreement's.
+struct SharedUnknowns {
+  std::shared_ptr<VertexVector<4>> bias_delay;
+  std::shared_ptr<VertexScalar> number;
+  std::shared_ptr<VertexVector<3>> vector;
+  std::shared_ptr<size_t> cause = std::make_shared<size_t>(0);
 };
 
 struct ImagePair {
@@ -28,55 +37,76 @@ struct ImagePair {
   std::vector<std::pair<Vec2, Vec2>> points;
 };
 
+// What is wrong, as Disagreement has it: one of these is not zero.
+template <typename T>
+struct Wrong {
+  T k{0.0}, width{0.0}, gain{0.0}, line{0.0};
+  Eigen::Matrix<T, 3, 1> drift = Eigen::Matrix<T, 3, 1>::Zero(), turned = Eigen::Matrix<T, 3, 1>::Zero();
+};
+
 // r = t·(f_i × R f_j) / ‖t × R f_j‖, the sine of the angle between f_i and its epipolar plane; the second row keeps t of
 // length one.
 class EdgeBentRays
-    : public AutoDiffEdge<EdgeBentRays, 2, VertexVector<4>, VertexScalar, VertexScalar, VertexScalar, VertexVector<3>> {
+    : public AutoDiffEdge<EdgeBentRays, 2, VertexVector<4>, VertexScalar, VertexVector<3>, VertexVector<3>> {
  public:
-  EdgeBentRays(std::shared_ptr<VertexVector<4>> bias_delay, std::shared_ptr<VertexScalar> k,
-               std::shared_ptr<VertexScalar> width, std::shared_ptr<VertexScalar> turn_gain,
-               std::shared_ptr<VertexVector<3>> t, const GyroscopeTurn& turn, const std::pair<Vec2, Vec2>& points)
-      : AutoDiffEdge(std::move(bias_delay), std::move(k), std::move(width), std::move(turn_gain), std::move(t)),
+  EdgeBentRays(const SharedUnknowns& shared, std::shared_ptr<VertexVector<3>> t, const GyroscopeTurn& turn,
+               const std::pair<Vec2, Vec2>& points)
+      : AutoDiffEdge(shared.bias_delay, shared.number, shared.vector, std::move(t)),
+        cause_(shared.cause),
         turn_(turn),
         points_(points) {}
 
   template <typename T>
-  Eigen::Matrix<T, 2, 1> Evaluate(const Eigen::Matrix<T, 4, 1>& bias_delay, const Eigen::Matrix<T, 1, 1>& k,
-                                  const Eigen::Matrix<T, 1, 1>& width, const Eigen::Matrix<T, 1, 1>& turn_gain,
-                                  const Eigen::Matrix<T, 3, 1>& t) const {
+  Eigen::Matrix<T, 2, 1> Evaluate(const Eigen::Matrix<T, 4, 1>& bias_delay, const Eigen::Matrix<T, 1, 1>& number,
+                                  const Eigen::Matrix<T, 3, 1>& vector, const Eigen::Matrix<T, 3, 1>& t) const {
     using Vector = Eigen::Matrix<T, 3, 1>;
+    Wrong<T> wrong;
+    T* const numbers[] = {&wrong.k, &wrong.width, &wrong.gain, &wrong.line};
+    Vector* const vectors[] = {&wrong.drift, &wrong.turned};
+    if (*cause_ < 4) {
+      *numbers[*cause_] = number[0];
+    } else {
+      *vectors[*cause_ - 4] = vector;
+    }
     const auto ray = [&](const Vec2& x) -> Vector {
-      const T bend = k[0] * x.squaredNorm() + width[0] + 1.0;
+      const T bend = wrong.k * x.squaredNorm() + wrong.width + 1.0;
       return Vector(bend * x.x(), bend * x.y(), T(1.0)).normalized();
     };
-    const Vector turned_j =
-        turn_.J * bias_delay.template head<3>() + turn_.rate_j * bias_delay[3] + turn_.theta * turn_gain[0];
-    const Vector turned_i = turn_.rate_i * bias_delay[3];
-    const Vector f_i = ray(points_.first), f_j = ray(points_.second);
+    const auto delay = [&](const Vec2& x) -> T { return bias_delay[3] + wrong.line * x.y(); };
+    const Vector bias = bias_delay.template head<3>() + wrong.drift * turn_.age;
+    const auto& [x_i, x_j] = points_;
+    const Vector turned_j = turn_.J * bias + turn_.rate_j * delay(x_j) + turn_.theta * wrong.gain - wrong.turned;
+    const Vector turned_i = turn_.rate_i * delay(x_i) - wrong.turned;
+    const Vector f_i = ray(x_i), f_j = ray(x_j);
     const Vector m = turn_.R * (f_j + turned_j.cross(f_j)), f = m - turned_i.cross(m), c = t.cross(f);
     using std::sqrt;
     // Narrower rays have less noise too, so that only errors relative to the width can be compared.
-    return {-f_i.dot(c) / (sqrt(c.squaredNorm() + 1e-6) * (width[0] + 1.0)), t.squaredNorm() - 1.0};
+    return {-f_i.dot(c) / (sqrt(c.squaredNorm() + 1e-6) * (wrong.width + 1.0)), t.squaredNorm() - 1.0};
   }
   std::string TypeInfo() const override { return "EdgeBentRays"; }
 
  private:
+  std::shared_ptr<const size_t> cause_;
   GyroscopeTurn turn_;
   std::pair<Vec2, Vec2> points_;
 };
 
-std::optional<GyroscopeTurn> TurnBetween(const Recording& recording, double t0, double t1) {
+std::optional<GyroscopeTurn> TurnBetween(const Recording& recording, const Vec3& bias, double t0, double t1) {
   const std::vector<ImuSample> samples = SamplesBetween(recording.imu, t0, t1);
   if (samples.empty()) return std::nullopt;
-  const Preintegration imu(samples, Vec3::Zero(), Vec3::Zero(), recording.calibration.noise);
+  const Preintegration imu(samples, Vec3::Zero(), bias, recording.calibration.noise);
   const Mat33 R_C_B = recording.calibration.T_B_C.q.conjugate().toRotationMatrix();
   const Mat33 R = R_C_B * imu.Gamma() * R_C_B.transpose();
-  return GyroscopeTurn{R, R_C_B * imu.BiasJacobian().block<3, 3>(3, 3), R_C_B * samples.front().gyroscope,
-                       R_C_B * samples.back().gyroscope, LogSO3(Qd(R))};
+  return GyroscopeTurn{R,
+                       R_C_B * imu.BiasJacobian().block<3, 3>(3, 3),
+                       R_C_B * samples.front().gyroscope,
+                       R_C_B * samples.back().gyroscope,
+                       LogSO3(Qd(R)),
+                       t0 - 0.5 * (recording.imu.front().t + recording.imu.back().t)};
 }
 
 // The first later image from which the points, rotation taken out, have moved far enough.
-std::optional<ImagePair> FindPair(const Recording& recording, size_t i, double delay) {
+std::optional<ImagePair> FindPair(const Recording& recording, size_t i, const VertexVector<4>::Estimate& bias_delay) {
   constexpr double kLongest = 1.5;         // [s]
   constexpr double kLeastParallax = 0.04;  // [rad]
   constexpr size_t kFewest = 12;
@@ -84,7 +114,8 @@ std::optional<ImagePair> FindPair(const Recording& recording, size_t i, double d
   std::map<int, Vec2> first;
   for (const TrackedPoint& point : frames[i].tracks) first.emplace(point.id, point.x);
   for (size_t j = i + 1; j < frames.size() && frames[j].t - frames[i].t < kLongest; ++j) {
-    const auto turn = TurnBetween(recording, frames[i].t + delay, frames[j].t + delay);
+    const auto turn =
+        TurnBetween(recording, bias_delay.head<3>(), frames[i].t + bias_delay[3], frames[j].t + bias_delay[3]);
     ImagePair pair;
     std::vector<double> parallax;
     for (const TrackedPoint& point : frames[j].tracks) {
@@ -110,30 +141,44 @@ Vec3 FirstDirection(const ImagePair& pair) {
     Mat33 A = Mat33::Zero();
     for (const auto& [x_i, x_j] : pair.points) {
       const Vec3 n = x_i.homogeneous().normalized().cross(pair.turn.R * x_j.homogeneous().normalized());
-      A += n * n.transpose() / (1.0 + std::pow(n.dot(t) / kWide, 2));
+      A += n * n.transpose() / ((n.squaredNorm() + kWide * kWide) * (1.0 + std::pow(n.dot(t) / kWide, 2)));
     }
     t = Eigen::SelfAdjointEigenSolver<Mat33>(A).eigenvectors().col(0);
   }
   return t;
 }
 
-using Unknowns = std::array<std::shared_ptr<VertexScalar>, 3>;
+// Which of the points lie so far from their epipolar planes that they are no measurement of them, whatever is wrong.
+void RemoveOutliers(const Vec3& t, ImagePair* pair) {
+  constexpr double kTimes = 5.0;  // the median
+  const auto error = [&](const std::pair<Vec2, Vec2>& points) {
+    const Vec3 f_i = points.first.homogeneous().normalized(),
+               f = pair->turn.R * points.second.homogeneous().normalized();
+    return std::abs(f_i.dot(t.cross(f))) / (t.cross(f).norm() + 1e-3);
+  };
+  std::vector<double> errors;
+  for (const auto& points : pair->points) errors.push_back(error(points));
+  const double most = kTimes * Median(errors);
+  pair->points.erase(std::remove_if(pair->points.begin(), pair->points.end(),
+                                    [&](const auto& points) { return error(points) > most; }),
+                     pair->points.end());
+}
 
 // The edges of pairs of images all over the recording; returns how many pairs there are.
-size_t AddPairs(const Recording& recording, double delay, const std::shared_ptr<VertexVector<4>>& bias_delay,
-                const Unknowns& unknowns, Graph* graph) {
+size_t AddPairs(const Recording& recording, const VertexVector<4>::Estimate& bias_delay, const SharedUnknowns& shared,
+                Graph* graph) {
   constexpr size_t kPairs = 50;
   size_t pairs = 0;
   for (size_t i = 0; i < recording.images.size(); i += std::max<size_t>(1, recording.images.size() / kPairs)) {
-    const auto pair = FindPair(recording, i, delay);
+    auto pair = FindPair(recording, i, bias_delay);
     if (!pair) continue;
     ++pairs;
     const auto t = std::make_shared<VertexVector<3>>(FirstDirection(*pair));
+    RemoveOutliers(t->GetEstimate(), &*pair);
     t->SetRole(Role::kLandmark);
     graph->AddVertex(t);
     for (const auto& points : pair->points) {
-      graph->AddEdge(
-          std::make_shared<EdgeBentRays>(bias_delay, unknowns[0], unknowns[1], unknowns[2], t, pair->turn, points));
+      graph->AddEdge(std::make_shared<EdgeBentRays>(shared, t, pair->turn, points));
       graph->Edges().back()->SetInformation(Mat22::Identity() / (kSigma * kSigma));
     }
   }
@@ -144,16 +189,15 @@ size_t AddPairs(const Recording& recording, double delay, const std::shared_ptr<
 
 std::optional<Disagreement> FindDisagreement(const Recording& recording, double delay) {
   constexpr size_t kFewest = 10;
+  constexpr int kRounds = 3;
   Graph graph;
-  const auto bias_delay = std::make_shared<VertexVector<4>>(VertexVector<4>::Estimate::Zero());
-  graph.AddVertex(bias_delay);
-  Unknowns unknowns;
-  for (auto& unknown : unknowns) {
-    unknown = std::make_shared<VertexScalar>(VertexScalar::Estimate(0.0));
-    unknown->SetFixed();
-    graph.AddVertex(unknown);
-  }
-  if (AddPairs(recording, delay, bias_delay, unknowns, &graph) < kFewest) return std::nullopt;
+  const SharedUnknowns shared{std::make_shared<VertexVector<4>>(VertexVector<4>::Estimate::Zero()),
+                              std::make_shared<VertexScalar>(VertexScalar::Estimate(0.0)),
+                              std::make_shared<VertexVector<3>>(Vec3::Zero())};
+  const auto hold = [&](bool number, bool vector) {
+    shared.number->SetFixed(number);
+    shared.vector->SetFixed(vector);
+  };
   const auto solve = [&](double width) {
     const auto loss = std::make_shared<CauchyLoss>(width);
     for (const auto& edge : graph.Edges()) edge->SetLossFunction(loss);
@@ -161,18 +205,36 @@ std::optional<Disagreement> FindDisagreement(const Recording& recording, double 
     options.max_iterations = 20;
     return SparseOptimizer(&graph).Solve(options).final_cost;
   };
+  // A bias looks like parallax: without it, pairs are found anew.
+  VertexVector<4>::Estimate bias_delay(0.0, 0.0, 0.0, delay);
+  for (int round = 0; round < kRounds; ++round) {
+    graph.Clear();
+    shared.bias_delay->SetEstimate(VertexVector<4>::Estimate::Zero());
+    graph.AddVertex(shared.bias_delay);
+    graph.AddVertex(shared.number);
+    graph.AddVertex(shared.vector);
+    hold(true, true);
+    if (AddPairs(recording, bias_delay, shared, &graph) < kFewest) return std::nullopt;
+    if (round + 1 == kRounds) break;
+    solve(15.0);  // so wide that a bias rejects nothing
+    bias_delay += shared.bias_delay->GetEstimate();
+    bias_delay[3] = delay;
+  }
   Disagreement result;
   const double n = static_cast<double>(graph.Edges().size());
-  Cause* const found[] = {&result.lens, &result.focal, &result.gyroscope};
-  for (size_t i = 0; i < unknowns.size(); ++i) {
-    unknowns[i]->SetFixed(false);
-    solve(15.0);  // so wide that a bias rejects nothing
+  for (Cause* const found :
+       {&result.lens, &result.focal, &result.gyroscope, &result.shutter, &result.drift, &result.rotation}) {
+    const bool is_number = *shared.cause < 4;
+    hold(!is_number, is_number);
+    solve(15.0);
     const double left = solve(3.0);
-    const double value = unknowns[i]->GetEstimate()[0];
-    unknowns[i]->SetEstimate(VertexScalar::Estimate(0.0));
-    unknowns[i]->SetFixed();
+    const double value = is_number ? shared.number->GetEstimate()[0] : shared.vector->GetEstimate().norm();
+    shared.number->SetEstimate(VertexScalar::Estimate(0.0));
+    shared.vector->SetEstimate(Vec3::Zero());
+    hold(true, true);
     const double gain = solve(3.0) / left;  // from there, so that both are at one minimum
-    *found[i] = {value, std::abs(value) / std::sqrt(n * std::max(gain - 1.0, 1e-9)), gain};
+    *found = {value, std::abs(value) / std::sqrt(n * std::max(gain - 1.0, 1e-9)), gain};
+    ++*shared.cause;
   }
   return result;
 }

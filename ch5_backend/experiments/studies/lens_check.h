@@ -20,6 +20,9 @@ struct Disagreement {
   Cause lens;       ///< x ← x (1 + k ‖x‖²)
   Cause focal;      ///< x ← x (1 + s)
   Cause gyroscope;  ///< θ ← θ (1 + g)
+  Cause shutter;    ///< a point at y is seen so much later for each 1 of y [s]
+  Cause drift;      ///< the length of d in b_g ← b_g + d t [rad/s²]
+  Cause rotation;   ///< the length of ρ in q_B_C ← q_B_C Exp(ρ) [rad]
 };
 
 /// Pairs of images hold the epipolar constraint tᵀ(f_i × R_ij f_j) = 0 whatever the depths; R_ij is the gyroscope's, whose

@@ -19,8 +19,9 @@ std::string Join(const Words&... words) {
 }
 
 /// Images too far apart, and what makes estimators drift, or restart because images and
-/// IMU disagree. What the turns tell of the delay of the camera's clock becomes the settings' first guess.
-RecordingWarnings CheckMeasurements(const Recording& recording, OdometrySettings* settings);
+/// IMU disagree. What the turns tell of the delay of the camera's clock becomes the settings' first guess; a rolling shutter is
+/// taken back, a gyroscope's drift allowed for, and the place of a camera that is turned is estimated.
+RecordingWarnings CheckMeasurements(OdometrySettings* settings, Recording* recording);
 
 /// Where CheckMeasurements has found the focal length wrong, corrects it and all rays of one camera, and says so.
 /// @param delay  of the camera's clock, as far as it is known [s]
