@@ -156,6 +156,7 @@ void Run(const Command& command) {
   warn(CheckFiles(left_out, recording.clock_steps, extras.not_used));
   warn(readings);
   warn(ch5::CheckImages(command.strict, &recording));
+  warn(ch5::SplitReusedIds(command.strict, &recording));
   warn(ch5::CheckNoise(&recording, &settings));
   warn(CompareWithImages(readings, &recording, &settings));
   const ch5::OutputFolder made(command.out);
@@ -174,6 +175,7 @@ void Run(const Command& command) {
   RequireAStart(study, recording.images.size());
   if (failures.empty() && !turns_otherwise) warn(ch5::CheckStarts(study));
   warn(ch5::CheckAgreement(study));
+  warn(ch5::CheckResiduals(study, settings));
   warn(ch5::CheckComparison(study));
   study.warnings = warnings;
   ch5::WriteOdometryTables(study, std::filesystem::path(command.out) / "csv");

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
 #include <numeric>
+#include <set>
 
 #include "ch5_backend/experiments/studies/recording_warnings.h"
 #include "ch5_backend/files/text_reader.h"
@@ -315,6 +317,47 @@ TEST(ImplausibleReadings, ImagesThatRepeatTheOneBeforeAreLeftOutAndNamed) {
     recording.images[60].tracks = recording.images[59].tracks;
     EXPECT_THROW(CheckImages(true, &recording), std::invalid_argument);
   }
+}
+
+// A tracker with 40 places that gives a place's number to the next point; a false match from which a track comes back is none.
+TEST(ImplausibleReadings, AnIdThatGoesOnWithAnotherPointIsSplitAndNamed) {
+  RoomOptions options;
+  options.simulation.camera.max_tracks = 40;
+  options.simulation.camera.outlier_fraction = 0.02;
+  options.simulation.camera.drop_probability = 0.01;
+  const Recording whole = SimulateRoom(options);
+  Recording recording = whole;
+  EXPECT_EQ(Names(SplitReusedIds(true, &recording)), "");
+  std::map<int, int> places, ids;  // by id, by place
+  for (Image& image : recording.images) {
+    std::map<int, int> still;
+    for (const TrackedPoint& point : image.tracks)
+      if (const auto place = places.find(point.id); place != places.end()) still[place->second] = point.id;
+    places.clear();
+    for (const auto& [place, id] : still) places[id] = place;
+    int next = 0;
+    for (TrackedPoint& point : image.tracks) {
+      if (places.count(point.id) == 0) {
+        while (still.count(next) > 0) ++next;
+        still[next] = point.id;
+        places[point.id] = next;
+      }
+      point.id = places[point.id];
+    }
+  }
+  Recording strict = recording;  // stays as it is
+  EXPECT_THROW(SplitReusedIds(true, &strict), std::invalid_argument);
+  const RecordingWarnings warnings = SplitReusedIds(false, &recording);
+  ASSERT_EQ(Names(warnings), "ids_reused");
+  EXPECT_GT(warnings[0].value, 40.0);
+  const auto tracks_of = [](const Recording& one) {
+    std::set<int> all;
+    for (const Image& image : one.images)
+      for (const TrackedPoint& point : image.tracks) all.insert(point.id);
+    return all.size();
+  };
+  EXPECT_EQ(tracks_of(recording), tracks_of(strict) + static_cast<size_t>(warnings[0].value));
+  EXPECT_LE(tracks_of(recording), tracks_of(whole));
 }
 
 TEST(ImplausibleReadings, ACameraWithoutNoiseMaySeeTheSameAtRest) {

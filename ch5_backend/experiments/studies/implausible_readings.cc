@@ -5,6 +5,8 @@
 #include <cmath>
 #include <functional>
 #include <iomanip>
+#include <map>
+#include <set>
 #include <sstream>
 #include <stdexcept>
 #include <unordered_map>
@@ -347,6 +349,64 @@ RecordingWarnings CheckImages(bool strict, Recording* recording) {
   for (auto k = copies.rbegin(); k != copies.rend(); ++k)
     images.erase(images.begin() + static_cast<std::ptrdiff_t>(*k));
   return {{"images_repeated", static_cast<double>(copies.size()), t, words, "", t}};
+}
+
+RecordingWarnings SplitReusedIds(bool strict, Recording* recording) {
+  constexpr double kTimes = 10.0, kLeast = 0.1;  // of how the others spread about their median; [rad]
+  constexpr size_t kFewest = 8, kSteady = 2;     // tracks in both images; images before and after that do not jump
+  constexpr double kShare = 0.2;                 // of the tracks: 0.03 in a public recording with false matches
+  struct Seen {
+    TrackedPoint* point;
+    double t;
+    bool jumps;  // from the image before, otherwise than the others
+  };
+  std::map<int, std::vector<Seen>> tracks;
+  const auto ray = [](const Vec2& x) -> Vec3 { return x.homogeneous().normalized(); };
+  for (size_t k = 0; k < recording->images.size(); ++k) {
+    Image& image = recording->images[k];
+    std::vector<double> steps[3];
+    std::vector<std::pair<Seen*, Vec3>> moved;
+    for (TrackedPoint& point : image.tracks) {
+      std::vector<Seen>& seen = tracks[point.id];
+      const bool follows = k > 0 && !seen.empty() && seen.back().t == recording->images[k - 1].t;
+      const Vec3 step = follows ? Vec3(ray(point.x) - ray(seen.back().point->x)) : Vec3::Zero();
+      seen.push_back({&point, image.t, false});
+      if (!follows) continue;
+      moved.emplace_back(&seen.back(), step);
+      for (int axis = 0; axis < 3; ++axis) steps[axis].push_back(step[axis]);
+    }
+    if (moved.size() < kFewest) continue;
+    const Vec3 typical(Median(steps[0]), Median(steps[1]), Median(steps[2]));
+    std::vector<double> apart;
+    for (const auto& [seen, step] : moved) apart.push_back((step - typical).norm());
+    const double most = std::max(kLeast, kTimes * Median(apart));
+    for (size_t i = 0; i < moved.size(); ++i) moved[i].first->jumps = apart[i] > most;
+  }
+  std::vector<Seen*> begins;  // of another point
+  for (auto& [id, seen] : tracks) {
+    for (size_t k = kSteady + 1; k + kSteady < seen.size(); ++k) {
+      const auto first = seen.begin() + static_cast<std::ptrdiff_t>(k - kSteady);
+      if (seen[k].jumps &&
+          std::count_if(first, first + 2 * kSteady + 1, [](const Seen& one) { return one.jumps; }) == 1)
+        begins.push_back(&seen[k]);
+    }
+  }
+  if (static_cast<double>(begins.size()) < std::max(1.0, kShare * static_cast<double>(tracks.size()))) return {};
+  const auto first = *std::min_element(begins.begin(), begins.end(), [](auto* a, auto* b) { return a->t < b->t; });
+  const double t = first->t;
+  const std::string words = Join("tracks whose id goes on with another point: ", begins.size(), " of ", tracks.size(),
+                                 "; each becomes two; the first: track ", first->point->id, " at ", t, " s");
+  if (strict) throw std::invalid_argument(words);
+  const std::set<Seen*> new_from(begins.begin(), begins.end());
+  int next = tracks.rbegin()->first;
+  for (auto& [id, seen] : tracks) {
+    int now = id;
+    for (Seen& one : seen) {
+      if (new_from.count(&one) > 0) now = ++next;
+      one.point->id = now;
+    }
+  }
+  return {{"ids_reused", static_cast<double>(begins.size()), static_cast<double>(tracks.size()), words, "", t}};
 }
 
 RecordingWarnings CheckReadings(const std::string& path, std::vector<int> lines, bool strict, Recording* recording) {

@@ -94,6 +94,7 @@ RecordingWarnings CheckNoise(Recording* recording, OdometrySettings* settings) {
   check("accelerometer", "m/s²", &ImuMeasurement::acceleration, &noise.accelerometer);
   const double told = settings->estimator.weights.pixel_sigma;
   const auto tracks = NoiseOfTracks(*recording);
+  if (tracks) settings->track_noise = tracks->value;
   if (!tracks || !IsMore(*tracks, told, kTimesPixels)) return warnings;
   const bool uses = settings->finds_noise;
   warnings.push_back(

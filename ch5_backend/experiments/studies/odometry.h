@@ -49,6 +49,8 @@ struct OdometryRun {
       0.0;  ///< the same of the images with an estimate, without those of the start; NaN if there is none
   double milliseconds = 0.0;   ///< mean over the images
   double p99_window_ms = 0.0;  ///< of the images with an estimate; NaN if there is none
+  double pixels_off =
+      std::numeric_limits<double>::quiet_NaN();  ///< σ of the newest images' points in their windows [px]
   double nees_motion = std::numeric_limits<double>::quiet_NaN();  ///< motion_nees.h, if that was looked at
   int nees_windows = 0;                                           ///< in how many windows
 };

@@ -19,6 +19,7 @@ struct OdometrySettings {
   bool finds_clock = true;     ///< the delay of the camera's clock is looked for; not once estimate_time_offset is set
   std::optional<double> clock_sigma;  ///< of estimator.time_offset, once the recording has decided it [s]
   bool finds_noise = true;            ///< likewise the noise of the tracks; not once pixel_sigma is set
+  double track_noise = 0.0;           ///< what was found, 0 where the recording does not tell [px]
   bool corrects_focal_length = true;  ///< where images and gyroscope contradict it
   bool mono = false;                  ///< camera 1 is left out
   int window = 0;                     ///< VINS: frames beside the newest; OKVIS: keyframes; 0: as the policy has it

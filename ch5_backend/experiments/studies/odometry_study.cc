@@ -11,8 +11,10 @@
 #include "ch5_backend/experiments/studies/matrices.h"
 #include "ch5_backend/experiments/studies/motion_nees.h"
 #include "ch5_backend/experiments/studies/systems/system_studies.h"
+#include "ch5_backend/experiments/studies/window/wrapped_policy.h"
 #include "ch5_backend/files/tables/trajectory_file.h"
 #include "ch5_backend/marginalize/square_root.h"
+#include "ch5_backend/math/median.h"
 #include "ch5_backend/simulate/sensors/simulation.h"
 
 namespace ch5 {
@@ -45,6 +47,21 @@ void AppendConsistency(const std::string& policy, const MotionNees& nees, CsvTab
   for (const auto& [t, pose, variances] : nees.motions)
     table->Row(policy, t, pose.error.head<3>().norm(), std::sqrt(variances.head<3>().sum()),
                kDegrees * pose.error.tail<3>().norm(), kDegrees * std::sqrt(variances.tail<3>().sum()), pose.nees);
+}
+
+// Collects how far each newest image's points lie, after the solve, from where their landmarks should be seen [px].
+std::unique_ptr<WindowPolicy> WithResiduals(std::unique_ptr<WindowPolicy> policy, std::vector<double>* pixels) {
+  const auto watch = [pixels](Window* window, const std::function<void()>& slide) {
+    const double focal_length = window->calibration.FocalLength();
+    for (const auto& [id, landmark] : window->landmarks) {
+      const WindowObservation& seen = landmark.seen.back();
+      if (seen.frame != window->frames.back().id || !seen.edge || !window->graph.Contains(*seen.edge)) continue;
+      seen.edge->ComputeResidual();
+      for (const double r : seen.edge->Residual()) pixels->push_back(focal_length * std::abs(r));
+    }
+    slide();
+  };
+  return std::make_unique<WrappedPolicy>(std::move(policy), watch);
 }
 
 CsvTable PolicyTable(const OdometryStudy& study) {
@@ -220,6 +237,8 @@ OdometryStudy RunOdometryStudy(Recording recording, const std::function<void(con
   for (auto&& policy : settings.Policies()) {
     const std::string name = policy->Name();
     size_t image = 0, spectra = 0;
+    std::vector<double> pixels;
+    policy = WithResiduals(std::move(policy), &pixels);
     MotionNees nees;
     if (!study.recording.truth.empty())
       policy = ComparedBeforeSlides(std::move(policy), study.recording.truth, kComparedEvery, &nees);
@@ -237,6 +256,8 @@ OdometryStudy RunOdometryStudy(Recording recording, const std::function<void(con
       ++spectra;
     };
     study.runs.push_back(RunOdometry(study.recording, options, std::move(policy), watch));
+    constexpr double kMedian = 0.6745;  // of |x|, x ~ N(0, 1)
+    if (!pixels.empty()) study.runs.back().pixels_off = Median(std::move(pixels)) / kMedian;
     study.runs.back().nees_motion = nees.Mean();
     study.runs.back().nees_windows = static_cast<int>(nees.motions.size());
     AppendConsistency(name, nees, &study.consistency);

@@ -427,6 +427,25 @@ RecordingWarnings CheckAgreement(const OdometryStudy& study) {
   return found;
 }
 
+RecordingWarnings CheckResiduals(const OdometryStudy& study, const OdometrySettings& settings) {
+  // Up to 0.75 px in recordings that are in order, 1.1 to 3.5 px with faults that make an estimate several times as wrong.
+  constexpr double kMost = 1.0;
+  constexpr double kHosts = 1.25;  // of the tracks' variance: a landmark's first point has noise too
+  const double noise = settings.track_noise, most = std::max(kMost, noise);
+  for (const OdometryRun& run : study.runs) {
+    const double off = std::sqrt(std::max(0.0, run.pixels_off * run.pixels_off - kHosts * noise * noise));
+    if (!(noise > 0.0 && off > most)) continue;
+    return {
+        {"residuals", off, noise,
+         Join("new images lie ", off, " px from where the window of ", run.policy, " and the IMU expect them, beyond ",
+              "the ", noise, " px that the tracks' noise explains: images, IMU and calibration contradict each other; ",
+              "usual causes are camera.p_B_C, the intrinsics, the IMU's noise, stamps that jitter and tracks that "
+              "creep"),
+         run.policy}};
+  }
+  return {};
+}
+
 RecordingWarnings CheckComparison(const OdometryStudy& study) {
   constexpr double kMost = 0.25;  // [s]: at 2 m/s² a straight line errs by 2 cm
   const std::vector<StampedState>& truth = study.recording.truth;

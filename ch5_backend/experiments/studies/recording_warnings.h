@@ -39,6 +39,9 @@ RecordingWarnings CheckStarts(const OdometryStudy& study);
 /// Two policies whose paths through the same images are of different size: then at least one is wrong, whatever the cause.
 RecordingWarnings CheckAgreement(const OdometryStudy& study);
 
+/// Windows whose images lie farther from where IMU and landmarks expect them than their noise explains, whatever the cause.
+RecordingWarnings CheckResiduals(const OdometryStudy& study, const OdometrySettings& settings);
+
 /// A truth that the estimates cannot be compared with, or not well.
 RecordingWarnings CheckComparison(const OdometryStudy& study);
 
