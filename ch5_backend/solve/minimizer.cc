@@ -95,11 +95,20 @@ class Run {
   // One heavy edge, or a start far away, may make the first gradient so large that beside it all the others count as zero: a
   // minimum is told by what is left alone. A step of x_i alone, b_i/H_ii, promises ½ b_i²/H_ii; a valley, which such steps
   // cross, by what the last step has gained along it.
-  bool IsLowInEachDirection() const {
+  bool IsLowInEachDirection() {
     constexpr double kGained = 1e-4;
     const Eigen::ArrayXd b = system_->RightHandSide().array().abs(), H_ii = system_->HessianDiagonal().array();
     const Eigen::Array<bool, Eigen::Dynamic, 1> is_near = b <= SmallStep(system_->StateNorm()) * H_ii;
-    return last_decrease_ > kGained * cost_ ? is_near.all() : (is_near || Promises() <= kOfCost * cost_).all();
+    if (last_decrease_ > kGained * cost_) return is_near.all() && IsLowAlongTheValley();
+    return (is_near || Promises() <= kOfCost * cost_).all();
+  }
+
+  // Edges of very unlike weights at the same vertices make one so stiff that a step of any coordinate alone promises nothing:
+  // there the undamped step tells. A cost that is the rounding of the first one is none.
+  bool IsLowAlongTheValley() {
+    constexpr double kNoCost = 100.0 * kRounding * kRounding;
+    if (!may_become_damped_ || cost_ <= kNoCost * summary_.initial_cost) return true;
+    return !system_->SolveLinearSystem(0.0, &delta_x_) || system_->ModelCostChange(delta_x_) <= kOfCost * cost_;
   }
 
   // The least step that counts where ‖x‖ is this.

@@ -73,6 +73,23 @@ TEST_P(KnownAnswers, AHeavyEdgeDoesNotEndTheRun) {
   EXPECT_LT((x->GetEstimate() - Vec3(1, 3, 5)).norm(), 1e-3) << summary.message;
 }
 
+// The heavy edge ties two unknowns to each other: neither promises anything alone, but both together do.
+TEST(SparseOptimizer, AHeavyTieDoesNotEndTheRun) {
+  Graph graph;
+  auto x = std::make_shared<VertexVector<3>>(Vec3(3, 7, 0));
+  graph.AddVertex(x);
+  const auto add = [&](const Vec3& a, double c, double information) {
+    graph.AddEdge(std::make_shared<LineEdge>(x, a, c));
+    graph.Edges().back()->SetIsotropicInformation(information);
+  };
+  add({-1, 1, 0}, 1.0, 1e14);
+  add({1, 0, 0}, 0.0, 1.0);
+  add({0, 0, 1}, 2.0, 1.0);
+  const Summary summary = SparseOptimizer(&graph).Solve();
+  EXPECT_TRUE(IsConverged(summary.termination)) << summary.message;
+  EXPECT_LT((x->GetEstimate() - Vec3(0, 1, 2)).norm(), 1e-6) << summary.message;
+}
+
 TEST_P(KnownAnswers, CurveFitting) {
   Random random(1);
   Graph graph;
