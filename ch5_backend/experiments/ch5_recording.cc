@@ -175,7 +175,8 @@ void Run(const Command& command) {
   RequireAStart(study, recording.images.size());
   if (failures.empty() && !turns_otherwise) warn(ch5::CheckStarts(study));
   warn(ch5::CheckAgreement(study));
-  warn(ch5::CheckResiduals(study, settings));
+  const bool is_explained = turns_otherwise || !failures.empty() || Has(warnings, "lens");
+  if (!is_explained) warn(ch5::CheckResiduals(study, settings));
   warn(ch5::CheckComparison(study));
   study.warnings = warnings;
   ch5::WriteOdometryTables(study, std::filesystem::path(command.out) / "csv");
