@@ -54,7 +54,8 @@ class ClosedTo(unittest.TestCase):
     def test_no_line_around_reads_them(self):
         for text in ("f(@", "assert(\n@)", "/* @ */", 'R"(@)"', "#define S(x) #x\n@", "%:define S(x) #x\n@", "a\\\n@", "x[@]",
                      '#include "/submission/problem.cc"\n@', "#include __FILE__\n@", '#embed "a"\n@', "#if __LINE__ > 3\n@\n#endif",
-                     '_Pragma("GCC poison Eigen") @', "// splice ??/\n@", '"open @', "{ } } @", "/* never closed\n@"):
+                     '_Pragma("GCC poison Eigen") @', "// splice ??/\n@", '"open @', "{ } } @", "/* never closed\n@",
+                     "// x\r#define S(x) #x\r@", "// x\r/* @ */"):
             self.assertFalse(self.closed(text), text)
 
     def test_what_people_write_is_closed(self):

@@ -74,7 +74,8 @@ INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]*(?:<[\w./+-]+>|"ch5_[\w./]+")[
 
 def closed_to(text: str, places: list) -> bool:
     """Whether what is written at these places, offsets into a student's text, is out of reach of the lines around."""
-    # As long as before, so that places stay.
+    # As long as before, so that places stay. A carriage return alone ends a line, too, and with it a comment.
+    text = text.replace("\r\n", " \n").replace("\r", "\n")
     text, open_, places = INCLUDE.sub(lambda found: " " * len(found[0]), text), [], sorted(places, reverse=True)
     if STEERS.search(text):
         return False
