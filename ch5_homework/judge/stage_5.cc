@@ -239,6 +239,18 @@ void CheckUpdate(const MatXX& H, const VecX& b0, const Names& names, const Text&
   Require({{"5.JTe0_is_minus_b0", {{"scene", scene}}}, "5.3", "e0_", names, 1e-8, in_Jte0}, right.Jte0, Jte0);
 }
 
+// What rounding leaves of b₀ in a direction that H does not know may not be magnified, though J hides it from Jᵀe₀.
+void CheckLengthOfE0(const MatXX& H, const VecX& b0, const Text& scene) {
+  const VecX e0 = Ask("UpdateErrorComputation", {{"H", H}, {"b0", b0}}).Vector("e0"),
+             p_inverse = ScalingOf(H).cwiseInverse();
+  const ScaledEigen eigen = DecomposeScaled(H, p_inverse);
+  const VecX right = eigen.S_pinv_sqrt.asDiagonal() * (eigen.U.transpose() * p_inverse.cwiseProduct(b0));
+  const MatXX got = MatXX::Constant(1, 1, e0.squaredNorm());
+  const Mistakes magnified{{"5.7 5.3", "5.e0_magnified", e0.norm() > right.norm() ? got : MatXX()}};
+  Require({{"5.e0_squared", {{"scene", scene}}}, "5.3", "e0_", {}, 1e-5, magnified},
+          MatXX::Constant(1, 1, right.squaredNorm()), got);
+}
+
 TEST(Stage5, TakesTheRootOfARegularH) {
   Random random(Seed(43));
   const MatXX H = RandomPositiveDefinite(12, &random);
@@ -258,6 +270,7 @@ TEST(Stage5, TakesTheRootOfASingularH) {  // as after every marginalization with
   MatXX A = RandomMatrix(7, 12, &random);
   const VecX r = RandomMatrix(7, 1, &random);
   CheckUpdate(A.transpose() * A, -A.transpose() * r, NamesOfPoses(2), "5.two_poses_H_singular");
+  CheckLengthOfE0(A.transpose() * A, 1e-7 * RandomMatrix(12, 1, &random) - A.transpose() * r, "5.two_poses_H_singular");
   A.col(4).setZero();
   CheckUpdate(A.transpose() * A, -A.transpose() * r, NamesOfPoses(2), "5.two_poses_with_an_unmeasured_row");
 }

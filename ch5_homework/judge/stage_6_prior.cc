@@ -151,17 +151,19 @@ void CheckVerticesOfPrior(const VertexList& got, const VertexList& kept, const V
 TEST(Stage6, PriorStandsOnTheShiftedBlocks) {
   FactorScene scene;
   const auto kept = scene.Kept();
-  const auto taker = scene.Dropped().front();  // the window slides: the pose in front takes over
+  // The window slides: the pose in front takes over, and another vertex from the last one.
+  const auto dropped = scene.Dropped();
+  const Eigen::Vector2d from(scene.PlaceOf(kept.front()), scene.PlaceOf(kept.back())),
+      to(scene.PlaceOf(dropped.front()), scene.PlaceOf(dropped.back()));
   const VecX later = VecX::Constant(9, 0.1);
-  const Answer prior = Ask("GetParameterBlocks", scene,
-                           {{"from", scene.PlaceOf(kept[0])}, {"to", scene.PlaceOf(taker)}, {"later", later}});
+  const Answer prior = Ask("GetParameterBlocks", scene, {{"from", from}, {"to", to}, {"later", later}});
   VertexList got;
   for (const double place : prior.Vector("vertices")) got.push_back(place < 0.0 ? nullptr : scene.At(place));
   std::map<int, VecX> x0;
   for (const auto& vertex : scene.free) x0[vertex->Id()] = vertex->Parameters();
   for (const auto& vertex : scene.free) vertex->Plus(later.data());
   auto right = kept;
-  right[0] = taker;
+  right.front() = dropped.front(), right.back() = dropped.back();
   CheckVerticesOfPrior(got, kept, right);
   for (size_t k = 0; k < kept.size(); ++k) {
     const std::string name = Numbered("x0", k);

@@ -2,6 +2,8 @@
 /// and the window after each slide. Edges and vertices are named by their places in the scene.
 
 #include <algorithm>
+#include <map>
+#include <memory>
 #include <tuple>
 
 #include "ch5_backend/marginalize/marginalization_info.h"
@@ -103,14 +105,17 @@ void Factor(const Submission& student, const Values& given, Answer* answer) {
   answer->Put({{"J", J}, {"r0", r0}});
 }
 
-// After the states have moved on; the vertex at one place takes over from that at another.
+// After the states have moved on; the vertices at some places take over from those at others.
 void GetParameterBlocks(const Submission& student, const Values& given, Answer* answer) {
   const auto scene = MakeScene<FactorGraph>(given);
   const VertexList vertices = scene->Vertices();
-  const auto at = [&](const char* name) { return vertices.at(static_cast<size_t>(given.Int(name))); };
+  std::map<int, std::shared_ptr<Vertex>> shift;
+  const VecX from = given.Vector("from"), to = given.Vector("to");
+  const auto at = [&](double place) { return vertices.at(static_cast<size_t>(place)); };
+  for (Eigen::Index k = 0; k < from.size(); ++k) shift[at(from[k])->Id()] = at(to[k]);
   const auto term = Evaluated(student, *scene);
   for (const auto& vertex : scene->free) vertex->Plus(given.Vector("later").data());
-  const Prior prior = term->GetParameterBlocks({{at("from")->Id(), at("to")}});
+  const Prior prior = term->GetParameterBlocks(shift);
   answer->Put("vertices", PlacesOf(prior.vertices, vertices));
   for (size_t k = 0; k < prior.x0.size(); ++k) answer->Put(Numbered("x0", k), prior.x0[k]);
 }
