@@ -11,7 +11,7 @@ from ch5_backend.course.base.language import speaker
 from ch5_backend.course.homework.block_map import block_map
 from ch5_backend.course.homework.check import tell
 from ch5_backend.course.homework.diagnosis import cause_of
-from ch5_backend.course.homework.judge import FLOOD, in_bytes, judge
+from ch5_backend.course.homework.judge import FLOOD, every_test, in_bytes, judge
 
 STAGE = {"id": "1.1", "tests": "Stage11.*", "file": "problem.cc", "todos": ["1.1a"]}
 # In place of a check: prints, and reports that its second test has failed, or runs on.
@@ -78,6 +78,17 @@ others = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in 
 while time.process_time() < 1.0: pass
 for other in others: other.kill()""", 3.0)
         self.assertEqual(verdict.state, "wrong", "it needs a second, and takes six")
+
+    def test_a_check_that_ends_the_program_hides_no_other_one(self):
+        then = """import os
+filter = next(word for word in sys.argv if word.startswith("--gtest_filter=")).rpartition(".")[2]
+if filter in "*Second": os.abort()
+test = lambda name, **more: {"name": filter, "result": "COMPLETED"}"""
+        path = self.folder / "check_problem"
+        path.write_text(CHECK.format(python=sys.executable, then=then, failure={}), encoding="utf-8")
+        path.chmod(0o755)
+        tests = every_test(path, {**STAGE, "checks": {"First": {}, "Second": {}, "Third": {}}})
+        self.assertEqual([(test["name"], bool(test.get("failures"))) for test in tests], [("First", False), ("Second", True), ("Third", False)])
 
     def test_a_crash_behind_a_flood_is_told(self):
         verdict = self.verdict('sys.stdout.write("y\\n" * 2000000); print("\\nCRASH Null pointer in Second", flush=True); '

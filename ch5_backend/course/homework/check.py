@@ -144,7 +144,8 @@ def judge_stage(stage: dict, options) -> Verdict:
 def judge_every_test(executable: Path, stage: dict, options) -> tuple:
     """The verdict, which the first test that fails decides, and all tests."""
     verdict = judge(executable, stage, options=options)
-    return verdict, every_test(executable, stage, options) if verdict.tests and verdict.state != "right" else verdict.tests
+    others = verdict.state == "crashes" or (verdict.tests and verdict.state != "right")
+    return verdict, every_test(executable, stage, options) if others else verdict.tests
 
 
 def marks_of(stage: dict, verdict: Verdict, tests: tuple, content: bytes) -> dict:

@@ -98,8 +98,16 @@ def with_a_cause_of_all_calls(verdict: Verdict, tests_of) -> Verdict:
 
 
 def every_test(executable: Path, stage: dict, options=()) -> tuple:
-    """What GoogleTest reports of all tests of a stage, also of those after the first that fails; () if one ends the program."""
-    return run_tests(executable, stage, TIME_LIMIT, options, (), None, False, None).tests
+    """What GoogleTest reports of all tests of a stage, also of those after the first that fails. If one ends the program, each is
+    run alone, and that one has failed; () if one does not end."""
+    def run(tests: str) -> Verdict:
+        return run_tests(executable, {**stage, "tests": tests}, TIME_LIMIT, options, (), None, False, None)
+
+    def alone(check: str) -> dict:
+        verdict = run(stage["tests"].replace("*", check))
+        return verdict.tests[0] if verdict.tests else {"name": check, "failures": [{"failure": verdict.state}]}
+    verdict = run(stage["tests"])
+    return verdict.tests if verdict.tests or verdict.state == "times-out" else tuple(map(alone, stage.get("checks", ())))
 
 
 def failed_in(tests: tuple) -> str:
