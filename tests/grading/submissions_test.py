@@ -71,7 +71,12 @@ class Submissions(FolderTest):
         self.assertEqual([ENGLISH.text(fault) for fault in found.faults],
                          ["gauge_prior.cc is missing, but there is gaugeprior.cpp; if that is meant, name it gauge_prior.cc",
                           "problem.cc is missing, but there is problem_final.cc; if that is meant, name it problem.cc"])
-        self.assertEqual(self.zip(("problem_old.cc", b"old"), ("problem.cc", CODE)).faults, [])
+        for copy in ("problem_old.cc", "problem (1).cc"):
+            found = self.zip((copy, b"old"), ("problem.cc", CODE))
+            self.assertEqual((found.files, found.unread), ({"problem.cc": CODE}, []))
+            self.assertEqual([ENGLISH.text(fault) for fault in found.faults], [f"{copy} was not read: problem.cc is there, too, and counts"])
+        (self.folder / "doejane_12345_678_gauge-prior.cpp").write_bytes(CODE)
+        self.assertIn("there is gauge-prior.cpp", ENGLISH.text(collect(self.folder / "doejane_12345_678_gauge-prior.cpp").faults[0]))
 
     def test_no_other_names_are_taken(self):
         found = self.zip(("CMakeLists.txt", b"x"), ("stages.json", b"{}"), ("problem.cc\n", CODE), ("problem.h", b"x"),

@@ -114,8 +114,9 @@ def collect(*paths: Path) -> Submission:
     for path in paths:
         if len(paths) == 1 or is_source(path) or path.name.lower().endswith(ARCHIVES):  # beside others, a report is not one
             collect_path(path, submission)
-    for name in sorted(submission.resembling.keys() - submission.files.keys()):
-        submission.blame(sentence("submission.resembling", file=name, found=short(submission.resembling[name])), True)
+    for name, found in sorted(submission.resembling.items()):
+        taken = name in submission.files
+        submission.blame(sentence("submission.beside" if taken else "submission.resembling", file=name, found=short(found)), not taken)
     if not submission.files and not submission.unread:
         submission.blame(sentence("submission.holds_nothing", files=", ".join(FILES)), True)
     return submission
@@ -194,7 +195,7 @@ def collect_file(path: Path, submission: Submission) -> None:
     given = path.name.lower()
     names = (given, re.sub(r"^\w+_\d+_\d+_", "", given), re.sub(r"^.*_assignsubmission_file_", "", given))
     fitting = [name for name in FILES if any(given.startswith(Path(name).stem) for given in names)]
-    name = max(fitting, key=len, default=path.name)
+    name = max(fitting, key=len, default=min(names, key=len))
     submission.take(name, path.stat().st_size, lambda: read_regular(path))
 
 
