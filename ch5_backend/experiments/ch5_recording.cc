@@ -135,7 +135,7 @@ void RequireAStart(const ch5::OdometryStudy& study, size_t images) {
 ch5::RecordingWarnings CompareWithImages(const ch5::RecordingWarnings& readings, ch5::Recording* recording,
                                          ch5::OdometrySettings* settings) {
   if (Has(readings, "gyroscope_dead")) return {};
-  ch5::RecordingWarnings warnings = ch5::CheckMeasurements(settings, recording);
+  ch5::RecordingWarnings warnings = ch5::CheckMeasurements(settings, recording, !Has(readings, "gyroscope_rail"));
   if (settings->corrects_focal_length) ch5::CorrectFocalLength(settings->estimator.time_offset, &warnings, recording);
   const ch5::RecordingWarnings clock = ch5::CheckClock(*recording, settings);
   warnings.insert(warnings.end(), clock.begin(), clock.end());
@@ -175,7 +175,8 @@ void Run(const Command& command) {
   RequireAStart(study, recording.images.size());
   if (failures.empty() && !turns_otherwise) warn(ch5::CheckStarts(study));
   warn(ch5::CheckAgreement(study));
-  const bool is_explained = turns_otherwise || !failures.empty() || Has(warnings, "lens");
+  const bool is_explained = turns_otherwise || !failures.empty() || Has(warnings, "lens") ||
+                            Has(readings, "gyroscope_rail") || Has(readings, "accelerometer_rail");
   if (!is_explained) warn(ch5::CheckResiduals(study, settings));
   warn(ch5::CheckComparison(study));
   study.warnings = warnings;

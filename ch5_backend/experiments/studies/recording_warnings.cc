@@ -100,7 +100,7 @@ void TakeBackShutter(double line, Recording* recording) {
 
 // The one cause, beside the lens, by which images and gyroscope agree best, if that is certain. Of recordings that are in
 // order a focal length and a gyroscope are within 0.02 (0.06 with a guessed focal length), the others' values at most 7 of
-// their σ; 5 to 60 % beyond the limits here in recordings with 25 ms of shutter, 4° or 0.02 rad/s, the gain greatest.
+// their σ; 10 % to four times beyond the limits here in recordings with 25 ms of shutter, 4° or 0.02 rad/s, the gain greatest.
 void CheckTurnGain(const TurnAgreement& turns, const std::optional<Disagreement>& found, Recording* recording,
                    OdometrySettings* settings, RecordingWarnings* warnings) {
   constexpr double kLeastFocal = 0.07, kLeastGyroscope = 0.03, kLeastTurn = 0.02, kLeastGain = 1.15, kMost = 1.0;
@@ -178,7 +178,7 @@ RecordingWarning ClockWarning(const std::string& kind, const ClockOffset& clock)
           Join("the camera's stamps are ", shown, " ± ", std::lround(sigma), " ms ", of, " (corrected)")};
 }
 
-void CheckTurns(OdometrySettings* settings, Recording* recording, RecordingWarnings* warnings) {
+void CheckTurns(OdometrySettings* settings, Recording* recording, bool seeks_cause, RecordingWarnings* warnings) {
   constexpr double kGood = 0.8, kGainOfAxes = 2.0;  // of the variance that is left
   const auto turns = CompareTurns(*recording);
   if (!turns) return;
@@ -186,7 +186,7 @@ void CheckTurns(OdometrySettings* settings, Recording* recording, RecordingWarni
   const double otherwise = std::max(turns->with_axes, turns->with_inverse);
   const bool is_turned = otherwise > kGood && LeftVariance(turns->at_delay) > kGainOfAxes * LeftVariance(otherwise);
   // A lens spoils the turns of the images too.
-  const auto found = is_turned ? std::nullopt : FindDisagreement(*recording, turns->delay);
+  const auto found = is_turned || !seeks_cause ? std::nullopt : FindDisagreement(*recording, turns->delay);
   if (found && IsBent(*found)) {
     const Cause& lens = found->lens;
     warnings->push_back({"lens", lens.value, lens.gain,
@@ -388,7 +388,7 @@ RecordingWarnings CheckStarts(const OdometryStudy& study) {
            "", t}};
 }
 
-RecordingWarnings CheckMeasurements(OdometrySettings* settings, Recording* recording) {
+RecordingWarnings CheckMeasurements(OdometrySettings* settings, Recording* recording, bool seeks_cause) {
   constexpr double kMost = 0.5;  // [s]: see the table in the guide; up to this time between images the policies go on
   RecordingWarnings warnings;
   CheckRate("imu", "IMU", recording->imu, recording->calibration.imu_rate, &warnings);
@@ -398,7 +398,7 @@ RecordingWarnings CheckMeasurements(OdometrySettings* settings, Recording* recor
                         Join("the images are ", median, " s apart (median); above ", kMost,
                              " s too few tracks last, and the estimates drift or restart")});
   }
-  CheckTurns(settings, recording, &warnings);
+  CheckTurns(settings, recording, seeks_cause, &warnings);
   return warnings;
 }
 

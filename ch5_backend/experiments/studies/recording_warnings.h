@@ -20,8 +20,9 @@ std::string Join(const Words&... words) {
 
 /// Images too far apart, and what makes estimators drift, or restart because images and
 /// IMU disagree. What the turns tell of the delay of the camera's clock becomes the settings' first guess; a rolling shutter is
-/// taken back, a gyroscope's drift allowed for, and the place of a camera that is turned is estimated.
-RecordingWarnings CheckMeasurements(OdometrySettings* settings, Recording* recording);
+/// taken back, a gyroscope's drift allowed for, and the place of a camera that is turned is estimated; but no such cause is sought
+/// in a gyroscope that was at its limit, whose readings are wrong where it was.
+RecordingWarnings CheckMeasurements(OdometrySettings* settings, Recording* recording, bool seeks_cause = true);
 
 /// Where CheckMeasurements has found the focal length wrong, corrects it and all rays of one camera, and says so.
 /// @param delay  of the camera's clock, as far as it is known [s]
