@@ -177,6 +177,9 @@ class Estimator {
   bool KnowsScaleSinceStandstill() const;
   bool InitializeInMotion();
   bool FindScaleByOwnEdges(const std::vector<StampedState>& shape);
+  double ScaleThatOwnEdgesFit(const std::vector<StampedState>& shape);
+  void BuildWithOwnEdges(size_t least_views);
+  void SetStates(const std::vector<StampedState>& shape, double scale);
   void SlideBeforeStart(bool keeps_oldest);
   void BeginAt(double start_speed, bool knows_gravity);
   void LayUponLastSegment();

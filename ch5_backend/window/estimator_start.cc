@@ -16,6 +16,7 @@ namespace {
 
 // Images from a standstill to the first solve, and images of a dynamic initialization.
 constexpr size_t kFramesToStart = 4, kFramesToStartMoving = 8;
+constexpr size_t kNoLandmarks = std::numeric_limits<size_t>::max();  // seen so many times
 
 // After a start from standstill, or a change of speed or direction, the scale is known by then [s].
 constexpr double kScaleReportDelay = 1.0;
@@ -157,51 +158,17 @@ bool Estimator::InitializeInMotion() {
 // At steady speed images and IMU leave the scale unknown, but one's own edges may tell it. Of scales a factor of √2 apart the
 // one that they fit best is refined together with all else; it counts if it is known as well as in any start in motion.
 bool Estimator::FindScaleByOwnEdges(const std::vector<StampedState>& shape) {
-  constexpr int kHalfOctaves = 12;   // in either direction
   constexpr double kAnySpeed = 1e3;  // σ [m/s]
   constexpr double kMostOwnChi2 = 4.0;
-  const auto build = [&](size_t least_views) {
-    const auto uses = [&](const Window&, const WindowLandmark& landmark) {
-      return landmark.seen.size() >= least_views;
-    };
-    BuildGraph(options_.weights, uses, &window_, options_.own_edges);
-    return !window_.own_edges.empty();
-  };
-  const auto build_without_landmarks = [&] { return build(std::numeric_limits<size_t>::max()); };
-  const auto set_scale = [&](double scale) {
-    for (size_t k = 0; k < shape.size(); ++k) {
-      StampedState state = shape[k];
-      state.T_W_B.p *= scale;
-      state.v_W *= scale;
-      Window::SetState(state, window_.frames[k]);
-    }
-    if (segment_ > 0 && last_state_) LayUponLastSegment();
-  };
-  const auto hold_frames = [&](bool hold) {
-    for (const Frame& frame : window_.frames) {
-      frame.pose->SetFixed(hold);
-      frame.speed_bias->SetFixed(hold);
-    }
-  };
-  if (!build_without_landmarks()) return false;
+  BuildWithOwnEdges(kNoLandmarks);
+  if (window_.own_edges.empty()) return false;
   std::vector<std::pair<std::shared_ptr<Vertex>, VecX>> before;
   for (const auto& vertex : window_.graph.Vertices()) before.emplace_back(vertex, vertex->Parameters());
 
-  double least = std::numeric_limits<double>::infinity(), best = 1.0;
-  for (int n = 0; n <= 2 * kHalfOctaves; ++n) {  // from 1 outward: own edges that say nothing leave it there
-    const double scale = std::exp2(0.5 * (n % 2 == 0 ? n / 2 : -(n + 1) / 2));
-    set_scale(scale);
-    build_without_landmarks();
-    hold_frames(true);
-    optimizer_.Solve();  // for vertices of one's own
-    hold_frames(false);
-    const double cost = Cost(window_.own_edges);
-    if (cost < least) std::tie(least, best) = std::pair(cost, scale);
-  }
-  set_scale(best);
+  SetStates(shape, ScaleThatOwnEdgesFit(shape));
   window_.prior = StartPrior(window_, kAnySpeed, options_);
   TriangulateLandmarks(&window_);
-  build(3);
+  BuildWithOwnEdges(3);
   SolveWithGaugeHeld({});
 
   const DynamicInitializationOptions limits;
@@ -212,6 +179,43 @@ bool Estimator::FindScaleByOwnEdges(const std::vector<StampedState>& shape) {
   for (auto& [id, landmark] : window_.landmarks) landmark.inverse_depth = nullptr;
   window_.prior = nullptr;
   return false;
+}
+
+double Estimator::ScaleThatOwnEdgesFit(const std::vector<StampedState>& shape) {
+  constexpr int kHalfOctaves = 12;  // in either direction
+  const auto hold_frames = [&](bool hold) {
+    for (const Frame& frame : window_.frames) {
+      frame.pose->SetFixed(hold);
+      frame.speed_bias->SetFixed(hold);
+    }
+  };
+  double least = std::numeric_limits<double>::infinity(), best = 1.0;
+  for (int n = 0; n <= 2 * kHalfOctaves; ++n) {  // from 1 outward: own edges that say nothing leave it there
+    const double scale = std::exp2(0.5 * (n % 2 == 0 ? n / 2 : -(n + 1) / 2));
+    SetStates(shape, scale);
+    BuildWithOwnEdges(kNoLandmarks);
+    hold_frames(true);
+    optimizer_.Solve();  // for vertices of one's own
+    hold_frames(false);
+    const double cost = Cost(window_.own_edges);
+    if (cost < least) std::tie(least, best) = std::pair(cost, scale);
+  }
+  return best;
+}
+
+void Estimator::BuildWithOwnEdges(size_t least_views) {
+  const auto uses = [&](const Window&, const WindowLandmark& landmark) { return landmark.seen.size() >= least_views; };
+  BuildGraph(options_.weights, uses, &window_, options_.own_edges);
+}
+
+void Estimator::SetStates(const std::vector<StampedState>& shape, double scale) {
+  for (size_t k = 0; k < shape.size(); ++k) {
+    StampedState state = shape[k];
+    state.T_W_B.p *= scale;
+    state.v_W *= scale;
+    Window::SetState(state, window_.frames[k]);
+  }
+  if (segment_ > 0 && last_state_) LayUponLastSegment();
 }
 
 // All policies start from the same frames, a tenth of a second apart: a window long enough to distinguish gravity from acceleration,
