@@ -241,8 +241,11 @@ void CheckUpdate(const MatXX& H, const VecX& b0, const Names& names, const Text&
 
 // What rounding leaves of b₀ in a direction that H does not know may not be magnified, though J hides it from Jᵀe₀.
 void CheckLengthOfE0(const MatXX& H, const VecX& b0, const Text& scene) {
-  const VecX e0 = Ask("UpdateErrorComputation", {{"H", H}, {"b0", b0}}).Vector("e0"),
-             p_inverse = ScalingOf(H).cwiseInverse();
+  const Answer answer = Ask("UpdateErrorComputation", {{"H", H}, {"b0", b0}});
+  const MatXX J_before = answer["J_before"], e0_before = answer["e0_before"],
+              J = answer["J"];  // looked at in CheckUpdate
+  const VecX e0 = answer.Vector("e0"), p_inverse = ScalingOf(H).cwiseInverse();
+  CheckSizesAndNumbers(J, e0, H, b0, scene);
   const ScaledEigen eigen = DecomposeScaled(H, p_inverse);
   const VecX right = eigen.S_pinv_sqrt.asDiagonal() * (eigen.U.transpose() * p_inverse.cwiseProduct(b0));
   const MatXX got = MatXX::Constant(1, 1, e0.squaredNorm());
