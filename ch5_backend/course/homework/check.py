@@ -21,7 +21,7 @@ from .make_skeleton import holds_work
 from .mended import blanks_of, mended
 from .names import namesake, plain
 from .predict import compared, predict
-from .regions import NAME_CAUSE_AT_FAILURE, STAGES, covers, title_of, todos_of
+from .regions import NAME_CAUSE_AT_FAILURE, STAGES, covers, title_of, todos_of, worth
 from .ticks import EMPTY, RIGHT, WAITS, WRONG, ticks
 from ..base.language import Speaker, fitted, pad, sentence, speaker
 
@@ -86,9 +86,8 @@ def run_status(as_json: bool, language: str) -> int:
 
 def points(open_stages: list, say: Speaker) -> str:
     """The points of the right stages; a stage that is not right may have earned some, too."""
-    worth = {stage["id"]: sum(check["points"] for check in stage["checks"].values()) for stage in STAGES}
-    earned = sum(points for stage, points in worth.items() if stage not in open_stages)
-    return say("status.points", points=f"{earned:g}", all=f"{sum(worth.values()):g}")
+    earned = sum(worth(stage) for stage in STAGES if stage["id"] not in open_stages)
+    return say("status.points", points=f"{earned:g}", all=f"{sum(map(worth, STAGES)):g}")
 
 
 def held_back(stages: list, verdicts: list, counts: bool = True) -> list:

@@ -31,9 +31,14 @@ def title_of(stage: str, say) -> str:
     return next(row["title"] for row in STAGES if row["id"] == stage)[say.language]
 
 
+def worth(stage: dict) -> float:
+    """The points of all checks of a stage; 0 of one that has none yet."""
+    return sum(check["points"] for check in stage.get("checks", {}).values())
+
+
 def check_in_words(stage: str, check: str, say) -> str:
     """A check of another version of the course keeps its name."""
-    return next((row["checks"].get(check, {}) for row in STAGES if row["id"] == stage), {}).get(say.language, check)
+    return next((row.get("checks", {}).get(check, {}) for row in STAGES if row["id"] == stage), {}).get(say.language, check)
 
 
 def sections_of(stage: dict) -> list:

@@ -2,7 +2,7 @@
 
 import re
 
-from .regions import ROOT, STAGES
+from .regions import ROOT, STAGES, worth
 
 PAGES = {ROOT / f"{page}{ending}.md": language for page in ("README", "ch5_homework/README", "ch5_homework/INSTRUCTORS")
          for ending, language in (("", "en"), (".zh", "zh"))}
@@ -19,7 +19,7 @@ def with_stages(page: str, language: str) -> str:
     """The page with today's rows in the table of the homework and in that of its points, and with each lecture's stages."""
     rows = "".join(f"| {link(stage, language, 'handout')} | {', '.join(stage['todos'])} | `{stage['file']}` | {stage['title'][language]} |\n"
                    for stage in STAGES)
-    points = "".join(f"| {stage['id']} | {sum(check['points'] for check in stage['checks'].values()):g} |\n" for stage in STAGES)
+    points = "".join(f"| {stage['id']} | {worth(stage):g} |\n" for stage in STAGES)
 
     def of_lecture(row) -> str:
         links = [link(stage, language, "ch5_homework/handout") for stage in STAGES if stage["lecture"] == int(row["number"])]
