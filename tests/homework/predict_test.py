@@ -59,6 +59,10 @@ class Predict(FolderTest):
         self.assertIn("1.2 · ", self.predict("").stdout)
         self.assertEqual(self.predict("\n", "1.2").returncode, 1, "an empty line is no prediction")
 
+    def test_where_nothing_is_predicted_nothing_is_kept(self):
+        done = self.predict("\n", "1.1")
+        self.assertEqual((done.returncode, NAME in done.stdout, (self.folder / NAME).exists()), (1, False, False))
+
     def test_fractions_and_other_minus_signs_are_numbers(self):
         self.assertEqual(numbers_in("−1/4, 2"), [-0.25, 2])
         self.assertIsNone(numbers_in("1/0"))

@@ -95,9 +95,10 @@ def predict(stages: list, folder: Path, language: str) -> int:
                 new[question] = words
     except EOFError:
         print()
-    with open(folder / NAME, "a", newline="", encoding="utf-8") as file:
-        csv.writer(file, lineterminator="\n").writerows([question.partition(".")[2], words] for question, words in new.items())
-    print("\n" + fitted(say("predict.kept", file=NAME, command=f"./course check {stage['id']}"), sys.stdout))
+    if new:
+        with open(folder / NAME, "a", newline="", encoding="utf-8") as file:
+            csv.writer(file, lineterminator="\n").writerows([question.partition(".")[2], words] for question, words in new.items())
+        print("\n" + fitted(say("predict.kept", file=NAME, command=f"./course check {stage['id']}"), sys.stdout))
     return int(bool(QUESTIONS[stage["id"]].keys() - known.keys() - new.keys()))
 
 
