@@ -247,7 +247,7 @@ FrameReport Estimator::Track(const Image& image) {
   const Failure failure = options_.detect_failure(window_, BeginOfStep(window_, last_p_));
   if (failure != Failure::kNone) return Restart(failure, LikelyCause(failure));
   if (options_.report_covariance) report.covariance = last_covariance_ = CovarianceOf(window_, window_.frames.back());
-  if (image.t >= scale_report_time_) {
+  if (window_.frames.back().t >= scale_report_time_) {
     report.scale_sigma = ScaleSigma(window_);
     scale_report_time_ = std::numeric_limits<double>::infinity();
   }
@@ -266,7 +266,8 @@ bool Estimator::IsAtRest(const Image& image) {
   constexpr double kMostSpeed = 0.08;  // [m/s]
   const bool was_at_rest = std::exchange(holds_, false);
   if (!was_at_rest) standstill_detector_.ForgetForce();
-  if (!standstill_detector_.AddFrame(image) || image.t - last_image_time_ > options_.standstill.seconds) return false;
+  if (!standstill_detector_.AddFrame(image, TimeOffset()) || image.t - last_image_time_ > options_.standstill.seconds)
+    return false;
   last_time_with_landmarks_ = image.t;
   const Frame& newest = window_.frames.back();
   if (has_own_edges_ || !newest.speed_bias) return false;  // one's own measurements want a solve

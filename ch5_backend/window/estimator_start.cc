@@ -44,7 +44,7 @@ double MeanChi2(const std::vector<std::shared_ptr<Edge>>& edges) {
 
 void Estimator::TryToStart(const Image& image) {
   if (given_start_) return StartFromGivenState();
-  if (const auto standstill = standstill_detector_.AddFrame(image)) return RestAt(*standstill, image);
+  if (const auto standstill = standstill_detector_.AddFrame(image, TimeOffset())) return RestAt(*standstill, image);
   const auto& frames = window_.frames;
   const auto moved = PixelsSinceStandstill(image);
   // Frames were left out to keep the one at rest.
@@ -259,7 +259,7 @@ void Estimator::LayUponLastSegment() {
 
 void Estimator::BeginTracking() {
   last_p_ = window_.frames.back().pose->p();
-  last_time_with_landmarks_ = window_.frames.back().t;
+  last_time_with_landmarks_ = window_.frames.back().t - window_.frames.back().clock_offset;
   if (!window_.HasStereoDepth()) scale_report_time_ = window_.frames.back().t + kScaleReportDelay;
   track_ages_.clear();
   started_ = true;

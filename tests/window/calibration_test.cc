@@ -111,6 +111,28 @@ TEST(TimeOffset, OfTenMillisecondsIsFoundToOne) {
   }
 }
 
+// Rest, start and what is told of it are by the IMU's clock: stamps that are a second off, if that is known, change nothing.
+TEST(TimeOffset, ThatIsKnownChangesNoEstimate) {
+  const Recording recording = SimulateRoom();
+  for (const double late : {1.0, -1.0}) {
+    Recording shifted = recording;
+    for (Image& image : shifted.images) image.t += late;
+    EstimatorOptions options{recording.calibration}, other = options;
+    other.time_offset = -late;
+    for (size_t policy = 0; policy < 2; ++policy) {
+      const OdometryRun expected = RunOdometry(recording, options, std::move(AllPolicies()[policy]));
+      const OdometryRun run = RunOdometry(shifted, other, std::move(AllPolicies()[policy]));
+      const std::string& name = run.policy;
+      ASSERT_EQ(run.states.size(), expected.states.size()) << name << late;
+      EXPECT_NEAR(run.states.front().t, expected.states.front().t, 1e-9) << name << late;
+      EXPECT_LT((run.states.back().T_W_B.p - expected.states.back().T_W_B.p).norm(), 1e-3) << name << late;
+      for (size_t k = 0; k < run.rows.size(); ++k)
+        EXPECT_EQ(run.rows[k].report.scale_sigma.has_value(), expected.rows[k].report.scale_sigma.has_value())
+            << name << late << " " << k;
+    }
+  }
+}
+
 // Noise of pixels, taken for noise of how fast they move, would hold an estimate at its start: 4 of 15 ms were found.
 TEST(TimeOffset, IsFoundWherePointsMoveSlowlyAndPixelsAreNoisy) {
   for (const double late : {0.015, -0.015}) {

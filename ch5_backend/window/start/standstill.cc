@@ -23,10 +23,10 @@ void StandstillDetector::AddImu(const ImuMeasurement& measurement) {
   while (imu_.front().t < measurement.t - options_.seconds - kWithoutImage) imu_.pop_front();
 }
 
-std::optional<StandstillState> StandstillDetector::AddFrame(const Image& frame) {
+std::optional<StandstillState> StandstillDetector::AddFrame(const Image& frame, double time_offset) {
   images_.push_back(frame);
   while (images_.size() > 1 && images_[1].t <= frame.t - options_.seconds) images_.pop_front();
-  while (!imu_.empty() && imu_.front().t < images_.front().t) imu_.pop_front();
+  while (!imu_.empty() && imu_.front().t < images_.front().t + time_offset) imu_.pop_front();
   if (images_.front().t > frame.t - options_.seconds || imu_.size() < 2) return std::nullopt;
 
   const std::optional<double> motion = TypicalMotion(images_.front(), frame);

@@ -36,8 +36,9 @@ class StandstillDetector {
   }
 
   void AddImu(const ImuMeasurement& measurement);
+  /// @param time_offset  by which the image was taken later than stamped [s]
   /// @return the state at this image, if the body has been at rest until then
-  std::optional<StandstillState> AddFrame(const Image& frame);
+  std::optional<StandstillState> AddFrame(const Image& frame, double time_offset = 0.0);
   /// The oldest image of the last `seconds`, in whose time the body was at rest if it has been since.
   const Image& OldestImage() const { return images_.front(); }
   /// What the force is compared with begins anew.
