@@ -17,9 +17,9 @@ from tests.folder import FolderTest
 STAGE = {stage["id"]: stage for stage in STAGES}
 
 
-def failing(name: str, todo: str = "", blank: str = "") -> dict:
+def failing(name: str, todo: str = "", blank: str = "", **told) -> dict:
     words = f'C++ exception with description "TODO {blank} somewhere is not started" thrown' if blank else "what is wrong"
-    return {"name": name, "failures": [{"failure": words}], **({"diagnosis": json.dumps({"todo": todo})} if todo else {})}
+    return {"name": name, "failures": [{"failure": words}], **({"diagnosis": json.dumps({"todo": todo, **told})} if todo else {})}
 
 
 def passing(*names) -> list:
@@ -60,6 +60,11 @@ class Ticks(unittest.TestCase):
         tests = [*passing("RemembersTheFreeBlocks", "AOfOneResidual"), failing("AOfManyResiduals")]
         self.assertEqual(self.marks(tests)[:3], "???")
 
+    def test_what_is_only_seen_or_may_be_in_two_places_blames_none(self):
+        for told in ({"cause": {"id": "matrix.sign"}}, {"cause": {"id": "formula.sign_added"}, "elsewhere": True}):
+            self.assertEqual(self.marks([failing("TheSlidesExample", "2d", **told)], stage="2"), "????")
+        self.assertEqual(self.marks([failing("TheSlidesExample", "2d", cause={"id": "formula.sign_added"})], stage="2"), "???✗")
+
     def test_the_second_depth_has_marks_of_its_own(self):
         deep = skeleton("vins_window.cc", depth=2).encode()
         self.assertEqual((len(self.marks([], self.FULL)), len(self.marks([], deep))), (10, 11))
@@ -68,7 +73,7 @@ class Ticks(unittest.TestCase):
 class Alone(FolderTest):
     """What waits for an empty blank is judged with the solution's lines in it. Here a text is right if it has no WRONG and no throw."""
 
-    def marks(self, written: dict, stage: str = "1.1", todo: str = "") -> tuple:
+    def marks(self, written: dict, stage: str = "1.1", todo: str = "", outside: bool = False) -> tuple:
         """The marks of a file in which these blanks hold code, and how many texts were compiled for them."""
         compiled, file = [], STAGE[stage]["file"]
 
@@ -78,7 +83,7 @@ class Alone(FolderTest):
             return mock.Mock(returncode=0)
 
         def tests(*_, **__):
-            wrong = "WRONG" in compiled[-1] or any(f'HomeworkMissing("{blank} ' in compiled[-1] for blank in STAGE[stage]["todos"])
+            wrong = outside or "WRONG" in compiled[-1] or any(f'HomeworkMissing("{blank} ' in compiled[-1] for blank in STAGE[stage]["todos"])
             checks = [check for of, check in exercised() if of == stage]
             return tuple(failing(name, todo) for name in checks) if wrong else tuple(passing(*checks))
 
@@ -89,7 +94,7 @@ class Alone(FolderTest):
         empty = [blank for blank in STAGE[stage]["todos"] if blank not in written]
         before = ticks(STAGE[stage], [failing(check, blank=empty[0]) for of, check in exercised() if of == stage] if empty else tests_of_wrong(stage), content)
         with mock.patch.multiple(check, BUILD=self.folder, build=compile_it, judge=judge, every_test=tests):
-            return "".join({**before, **check.marks_alone(STAGE[stage], content, before, [])}.values()), len(compiled)
+            return "".join({**before, **check.marks_alone(STAGE[stage], content, before, [], todo)}.values()), len(compiled)
 
     def solved(self, *todos) -> dict:
         return {region.todo: region.solution for name in FILES for region in regions(solution_text(name)) if region.todo in todos}
@@ -107,6 +112,11 @@ class Alone(FolderTest):
     def test_of_a_full_file_too(self):
         wrong = {"2c": "  Arm = H_marg;  // WRONG\n"}
         self.assertEqual(self.marks({**self.solved("2a", "2b", "2d"), **wrong}, "2"), ("✓✓✗✓", 4))
+        self.assertEqual(self.marks({**self.solved("2a", "2b", "2d"), **wrong}, "2", "2c"), ("✓✓✗✓", 1), "one is enough where it is the one")
+        self.assertEqual(self.marks({**self.solved("2a", "2b", "2d"), **wrong}, "2", "2d"), ("✓✓✗✓", 5), "not what was blamed")
+
+    def test_lines_outside_of_the_blanks_are_no_blank_s_fault(self):
+        self.assertEqual(self.marks(self.solved("2a", "2b", "2c", "2d"), "2", outside=True), ("????", 5))
 
     def test_not_without_the_solutions(self):
         with mock.patch.object(check, "ROOT", self.folder):

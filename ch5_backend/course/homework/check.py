@@ -22,7 +22,7 @@ from .mended import blanks_of, mended
 from .names import namesake, plain
 from .predict import compared, predict
 from .regions import NAME_CAUSE_AT_FAILURE, STAGES, covers, title_of, todos_of, worth
-from .ticks import EMPTY, RIGHT, WAITS, WRONG, ticks
+from .ticks import EMPTY, RIGHT, WAITS, WRONG, blamed_by, ticks
 from ..base.language import Speaker, fitted, pad, sentence, speaker
 
 COLORS = {"right": "32", "wrong": "31", "crashes": "31", "times-out": "31", "does-not-compile": "31",
@@ -31,7 +31,7 @@ MARKS = {"right": "✓", "not-started": "·"}
 TICK_NAMES = {RIGHT: "right", WRONG: "wrong", EMPTY: "empty", WAITS: "not judged"}  # as scripts read them
 TICK_COLORS = {RIGHT: "right", WRONG: "wrong", EMPTY: "not-started"}
 STATE_WIDTH = 16  # columns
-MOST_ALONE = 4  # TODOs of a stage that are compiled and judged one by one
+MOST_ALONE = 5  # TODOs of a stage that are compiled and judged one by one
 LOOK_AGAIN = 0.3  # seconds, for a file that has been saved
 LONGEST_PRINTED = 400  # of a line that the student's code has printed, in a pipe
 
@@ -137,7 +137,10 @@ def judge_stage(stage: dict, options) -> Verdict:
     verdict, tests = judge_every_test(executable, stage, options)
     verdict = blanks.explain(verdict, stage, content)
     marks = marks_of(stage, verdict, tests, content or b"")
-    return verdict._replace(todos={**marks, **marks_alone(stage, content or b"", marks, options)})
+    marks.update(marks_alone(stage, content or b"", marks, options, verdict.diagnosis.get("todo", "")))
+    wrong = [todo for todo, mark in marks.items() if mark == WRONG]
+    own = {"todo": wrong[0]} if len(wrong) == 1 and verdict.diagnosis.get("todo") in marks else {}
+    return verdict._replace(todos=marks, diagnosis={**verdict.diagnosis, **own})
 
 
 def judge_every_test(executable: Path, stage: dict, options) -> tuple:
@@ -148,16 +151,16 @@ def judge_every_test(executable: Path, stage: dict, options) -> tuple:
 
 
 def marks_of(stage: dict, verdict: Verdict, tests: tuple, content: bytes) -> dict:
-    return ticks(stage, tests, content, verdict.diagnosis.get("todo", "") if verdict.state != "not-started" else "")
+    return ticks(stage, tests, content, blamed_by(verdict.diagnosis, content) if verdict.state != "not-started" else "")
 
 
-def marks_alone(stage: dict, content: bytes, marks: dict, options) -> dict:
-    """The marks of the TODOs that wait: first with the solution's lines in what is empty, then, of a few, each with these lines in
-    all others. {} without the solutions, as in the students' archive, and where the blanks cannot be told apart."""
+def marks_alone(stage: dict, content: bytes, marks: dict, options, suspect: str = "") -> dict:
+    """Other marks of TODOs, by the solution's lines: first in what is empty; then in the one blank that is blamed, without which all
+    others may be right; if they are not, or none or several are blamed, in all blanks but one. {} without the solutions, as in the
+    students' archive, and where the blanks cannot be told apart."""
     file, text = stage["file"], content.decode("utf-8", "surrogateescape")
-    waiting = [todo for todo, mark in marks.items() if mark == WAITS]
-    spans = blanks_of(file, text) if waiting and (ROOT / "solutions" / file).exists() else {}
-    if not {*marks} <= spans.keys():
+    spans = blanks_of(file, text) if WRONG in marks.values() or WAITS in marks.values() else {}
+    if not spans or not (ROOT / "solutions" / file).exists() or not {*marks} <= spans.keys():
         return {}
 
     def judged_with(solved: list) -> tuple:
@@ -171,16 +174,29 @@ def marks_alone(stage: dict, content: bytes, marks: dict, options) -> dict:
         executable = BIN / f"filled_check_{Path(file).stem}"
         return *judge_every_test(executable, stage, options), filled
 
+    def is_right(solved: list):
+        """None if it does not compile."""
+        judged = judged_with(solved)
+        return judged and judged[0].state == "right"
+
     found, empty = {}, [todo for todo in spans if blanks.is_empty(todo, content)]  # of all stages, so that they share a program
-    if {*empty} & {*marks} and (judged := judged_with(empty)):
+    if WAITS in marks.values() and {*empty} & {*marks} and (judged := judged_with(empty)):
         verdict, tests, filled = judged
         found = {todo: mark for todo, mark in marks_of(stage, blanks.explain(verdict, stage, filled), tests, filled).items()
-                 if todo in waiting}
-    still = [todo for todo in waiting if found.get(todo, WAITS) == WAITS]
-    for todo in still if len(still) <= MOST_ALONE else ():
-        if judged := judged_with([other for other in spans if other != todo]):
-            found[todo] = RIGHT if judged[0].state == "right" else WRONG
-    return found
+                 if marks[todo] == WAITS}
+    now = {**marks, **found}
+    blamed = [todo for todo, mark in now.items() if mark == WRONG or (mark == WAITS and todo == suspect)]
+    waiting = [todo for todo, mark in now.items() if mark == WAITS and todo not in blamed]
+    if len(blamed) < 2 and not waiting:
+        return found
+    if len(blamed) == 1 and is_right([*empty, *blamed]):
+        return {**found, **dict.fromkeys(waiting, RIGHT), blamed[0]: WRONG}
+    for todo in blamed + (waiting if len(blamed + waiting) <= MOST_ALONE else []):
+        if (alone := is_right([other for other in spans if other != todo])) is not None:
+            found[todo] = RIGHT if alone else WRONG
+    wrong = [todo for todo, mark in found.items() if mark == WRONG]
+    outside = len(wrong) > 1 and is_right([*spans]) is False  # a line that is in none of the blanks is wrong
+    return {**found, **dict.fromkeys(wrong, WAITS)} if outside else found
 
 
 def report(stages: list, verdicts: list, as_json: bool, tell_one, say: Speaker) -> None:

@@ -44,6 +44,11 @@ def cause_of(diagnosis: dict) -> str:
     return cause.get("id", "") if isinstance(cause, dict) else ""
 
 
+def is_only_seen(diagnosis: dict) -> bool:
+    """Whether a diagnosis says what is seen of a matrix, not what has made it so."""
+    return cause_of(diagnosis) in SYMPTOMS or (cause_of(diagnosis).startswith("matrix.") and cause_of(diagnosis) not in UNSET)
+
+
 def what_of(diagnosis: dict, say: Speaker) -> str:
     return say("diagnosis.what", stage=diagnosis["stage"], what=diagnosis["check"])
 
