@@ -353,24 +353,29 @@ RecordingWarnings CheckImages(bool strict, Recording* recording) {
 
 RecordingWarnings SplitReusedIds(bool strict, Recording* recording) {
   constexpr double kTimes = 10.0, kLeast = 0.1;  // of how the others spread about their median; [rad]
-  constexpr size_t kFewest = 8, kSteady = 2;     // tracks in both images; images before and after that do not jump
+  constexpr size_t kFewest = 8, kSteady = 2;     // tracks in both images; images before and after
   constexpr double kShare = 0.2;                 // of the tracks: 0.03 in a public recording with false matches
   struct Seen {
     TrackedPoint* point;
+    TrackedPoint* second;  // the same one in camera 1, if it is seen there
     double t;
-    bool jumps;  // from the image before, otherwise than the others
+    Vec3 apart;   // from the image before, beyond how the others moved
+    double most;  // that is not too far
   };
   std::map<int, std::vector<Seen>> tracks;
   const auto ray = [](const Vec2& x) -> Vec3 { return x.homogeneous().normalized(); };
   for (size_t k = 0; k < recording->images.size(); ++k) {
     Image& image = recording->images[k];
+    std::unordered_map<int, TrackedPoint*> seconds;
+    for (TrackedPoint& point : image.tracks1) seconds.emplace(point.id, &point);
     std::vector<double> steps[3];
     std::vector<std::pair<Seen*, Vec3>> moved;
     for (TrackedPoint& point : image.tracks) {
       std::vector<Seen>& seen = tracks[point.id];
       const bool follows = k > 0 && !seen.empty() && seen.back().t == recording->images[k - 1].t;
       const Vec3 step = follows ? Vec3(ray(point.x) - ray(seen.back().point->x)) : Vec3::Zero();
-      seen.push_back({&point, image.t, false});
+      const auto second = seconds.find(point.id);
+      seen.push_back({&point, second == seconds.end() ? nullptr : second->second, image.t, Vec3::Zero(), kLeast});
       if (!follows) continue;
       moved.emplace_back(&seen.back(), step);
       for (int axis = 0; axis < 3; ++axis) steps[axis].push_back(step[axis]);
@@ -380,16 +385,24 @@ RecordingWarnings SplitReusedIds(bool strict, Recording* recording) {
     std::vector<double> apart;
     for (const auto& [seen, step] : moved) apart.push_back((step - typical).norm());
     const double most = std::max(kLeast, kTimes * Median(apart));
-    for (size_t i = 0; i < moved.size(); ++i) moved[i].first->jumps = apart[i] > most;
+    for (const auto& [seen, step] : moved) seen->apart = step - typical, seen->most = most;
   }
+  // It jumps once, and each of the images before must be far from each after: a false match comes back.
+  const auto is_other = [](const std::vector<Seen>& seen, size_t k) {
+    for (size_t j = k - kSteady; j <= k + kSteady; ++j)
+      if ((seen[j].apart.norm() > seen[j].most) != (j == k)) return false;
+    Vec3 before = Vec3::Zero();
+    for (size_t i = 0; i <= kSteady; before += seen[k - ++i].apart) {
+      Vec3 all = before;
+      for (size_t j = k; j <= k + kSteady; ++j)
+        if ((all += seen[j].apart).norm() <= seen[k].most) return false;
+    }
+    return true;
+  };
   std::vector<Seen*> begins;  // of another point
   for (auto& [id, seen] : tracks) {
-    for (size_t k = kSteady + 1; k + kSteady < seen.size(); ++k) {
-      const auto first = seen.begin() + static_cast<std::ptrdiff_t>(k - kSteady);
-      if (seen[k].jumps &&
-          std::count_if(first, first + 2 * kSteady + 1, [](const Seen& one) { return one.jumps; }) == 1)
-        begins.push_back(&seen[k]);
-    }
+    for (size_t k = kSteady + 1; k + kSteady < seen.size(); ++k)
+      if (is_other(seen, k)) begins.push_back(&seen[k]);
   }
   if (static_cast<double>(begins.size()) < std::max(1.0, kShare * static_cast<double>(tracks.size()))) return {};
   const auto first = *std::min_element(begins.begin(), begins.end(), [](auto* a, auto* b) { return a->t < b->t; });
@@ -404,6 +417,7 @@ RecordingWarnings SplitReusedIds(bool strict, Recording* recording) {
     for (Seen& one : seen) {
       if (new_from.count(&one) > 0) now = ++next;
       one.point->id = now;
+      if (one.second) one.second->id = now;
     }
   }
   return {{"ids_reused", static_cast<double>(begins.size()), static_cast<double>(tracks.size()), words, "", t}};
