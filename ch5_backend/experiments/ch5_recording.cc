@@ -12,6 +12,7 @@
 #include "ch5_backend/experiments/studies/noise_check.h"
 #include "ch5_backend/experiments/studies/odometry_study.h"
 #include "ch5_backend/experiments/studies/recording_warnings.h"
+#include "ch5_backend/experiments/studies/sensor_faults.h"
 #include "ch5_backend/files/recording_file.h"
 #include "ch5_backend/files/tables/text_writer.h"
 
@@ -164,20 +165,31 @@ void Run(const Command& command) {
               recording.images.back().t - recording.images.front().t);
   std::fflush(stdout);
   const ch5::Progress progress;
-  ch5::OdometryStudy study = ch5::RunOdometryStudy(
-      recording, [&](const std::string& policy, double fraction) { progress.Show(policy, fraction); }, settings,
-      command.batch, true);
-  progress.Clear();
+  const auto run = [&] {
+    const auto show = [&](const std::string& policy, double fraction) { progress.Show(policy, fraction); };
+    auto study = ch5::RunOdometryStudy(recording, show, settings, command.batch, true);
+    progress.Clear();
+    return study;
+  };
+  ch5::OdometryStudy study = run();
   // Images that turn otherwise than the gyroscope tell nothing of the accelerometer, nor of a scale.
   const bool turns_otherwise = Has(warnings, "turns");
+  const auto is_named = [&](const char* name) { return Has(warnings, name); };
+  constexpr const char* kCauses[] = {"turns", "lens", "gyroscope_rail", "accelerometer_rail"};
+  const bool is_explained = std::any_of(std::begin(kCauses), std::end(kCauses), is_named);
+  const bool may_be_faulty = !is_explained && !is_named("gravity") && !is_named("imu_rate");
+  for (int round = 0; round < 2 && may_be_faulty; ++round) {
+    const auto faults = ch5::CorrectFaults(study, settings, &recording);
+    if (faults.empty()) break;
+    warn(faults);
+    study = run();
+  }
   const auto failures = turns_otherwise ? ch5::RecordingWarnings() : ch5::CheckFailures(study);
   warn(failures);
   RequireAStart(study, recording.images.size());
   if (failures.empty() && !turns_otherwise) warn(ch5::CheckStarts(study));
   warn(ch5::CheckAgreement(study));
-  const bool is_explained = turns_otherwise || !failures.empty() || Has(warnings, "lens") ||
-                            Has(readings, "gyroscope_rail") || Has(readings, "accelerometer_rail");
-  if (!is_explained) warn(ch5::CheckResiduals(study, settings));
+  if (!is_explained && failures.empty()) warn(ch5::CheckResiduals(study, settings));
   warn(ch5::CheckComparison(study));
   study.warnings = warnings;
   ch5::WriteOdometryTables(study, std::filesystem::path(command.out) / "csv");

@@ -108,6 +108,7 @@ BatchResult SolveBatch(const EstimatorOptions& options, const std::vector<Image>
     seconds += last.seconds;
   }
   last.seconds = seconds;
+  if (batch.watch) batch.watch(window);
   return ResultOf(window, last);
 }
 

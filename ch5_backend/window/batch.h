@@ -18,6 +18,7 @@ struct BatchOptions {
   int max_iterations = 12;  ///< of a solve
   double cost_tolerance = 1e-6;
   int threads = 1;
+  std::function<void(const Window&)> watch = nullptr;  ///< called with the window that was solved
 };
 
 /// What one solve of all images has found.

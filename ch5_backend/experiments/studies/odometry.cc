@@ -8,6 +8,12 @@
 #include "ch5_backend/window/batch.h"
 
 namespace ch5 {
+
+std::vector<OdometrySegment>::const_iterator LongestSegment(const OdometryRun& run) {
+  return std::max_element(run.segments.begin(), run.segments.end(),
+                          [](const auto& a, const auto& b) { return a.states.size() < b.states.size(); });
+}
+
 namespace {
 
 // An offset of 0 that is not estimated is none.
@@ -66,11 +72,6 @@ std::optional<TrajectoryError> Together(const std::vector<OdometrySegment>& segm
     all.time.insert(all.time.end(), error.time.begin(), error.time.end());
   }
   return all;
-}
-
-std::vector<OdometrySegment>::const_iterator LongestSegment(const OdometryRun& run) {
-  return std::max_element(run.segments.begin(), run.segments.end(),
-                          [](const auto& a, const auto& b) { return a.states.size() < b.states.size(); });
 }
 
 void Summarize(const Recording& recording, OdometryRun* run) {

@@ -23,6 +23,8 @@ struct ImageResult {
   double t = 0.0;
   double seconds = 0.0;  ///< for the image and its IMU measurements
   FrameReport report;
+  /// By how much it seems to be stamped too late, by what is seen where the IMU expects it, if that is looked at [s].
+  double late = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// What lies between two restarts: poses of one world frame, so it is compared with the truth by itself.
@@ -54,6 +56,9 @@ struct OdometryRun {
   double nees_motion = std::numeric_limits<double>::quiet_NaN();  ///< motion_nees.h, if that was looked at
   int nees_windows = 0;                                           ///< in how many windows
 };
+
+/// That with the most states, or the end of `run.segments`.
+std::vector<OdometrySegment>::const_iterator LongestSegment(const OdometryRun& run);
 
 /// May take from the image's seconds what was spent on watching it.
 using OdometryCallback = std::function<void(const Estimator&, ImageResult&)>;

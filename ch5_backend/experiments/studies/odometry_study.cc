@@ -10,6 +10,7 @@
 #include "ch5_backend/consistency/gauge_audit.h"
 #include "ch5_backend/experiments/studies/matrices.h"
 #include "ch5_backend/experiments/studies/motion_nees.h"
+#include "ch5_backend/experiments/studies/sensor_faults.h"
 #include "ch5_backend/experiments/studies/systems/system_studies.h"
 #include "ch5_backend/experiments/studies/window/wrapped_policy.h"
 #include "ch5_backend/files/tables/trajectory_file.h"
@@ -49,9 +50,12 @@ void AppendConsistency(const std::string& policy, const MotionNees& nees, CsvTab
                kDegrees * pose.error.tail<3>().norm(), kDegrees * std::sqrt(variances.tail<3>().sum()), pose.nees);
 }
 
-// Collects how far each newest image's points lie, after the solve, from where their landmarks should be seen [px].
-std::unique_ptr<WindowPolicy> WithResiduals(std::unique_ptr<WindowPolicy> policy, std::vector<double>* pixels) {
-  const auto watch = [pixels](Window* window, const std::function<void()>& slide) {
+// Collects how far each newest image's points lie, after the solve, from where their landmarks should be seen [px], and
+// LateOfNewest.
+std::unique_ptr<WindowPolicy> WithResiduals(std::unique_ptr<WindowPolicy> policy, std::vector<double>* pixels,
+                                            double* late) {
+  const auto watch = [=](Window* window, const std::function<void()>& slide) {
+    *late = LateOfNewest(*window);
     const double focal_length = window->calibration.FocalLength();
     for (const auto& [id, landmark] : window->landmarks) {
       const WindowObservation& seen = landmark.seen.back();
@@ -238,7 +242,8 @@ OdometryStudy RunOdometryStudy(Recording recording, const std::function<void(con
     const std::string name = policy->Name();
     size_t image = 0, spectra = 0;
     std::vector<double> pixels;
-    policy = WithResiduals(std::move(policy), &pixels);
+    double late = kNoNumber;
+    policy = WithResiduals(std::move(policy), &pixels, &late);
     MotionNees nees;
     if (!study.recording.truth.empty())
       policy = ComparedBeforeSlides(std::move(policy), study.recording.truth, kComparedEvery, &nees);
@@ -246,6 +251,7 @@ OdometryStudy RunOdometryStudy(Recording recording, const std::function<void(con
     const auto watch = [&](const Estimator& estimator, ImageResult& row) {
       row.seconds -= std::exchange(nees.seconds, 0.0);
       if (film) row.seconds -= std::exchange(study.film->seconds, 0.0);
+      row.late = std::exchange(late, kNoNumber);
       ++image;
       if (progress) progress(name, static_cast<double>(image) / static_cast<double>(frames.size()));
       const Window& window = estimator.GetWindow();
