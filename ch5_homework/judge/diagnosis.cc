@@ -57,10 +57,11 @@ bool HaveSameBits(const MatXX& A, const MatXX& B) {
 
 bool HaveOneSize(const MatXX& A, const MatXX& B) { return A.rows() == B.rows() && A.cols() == B.cols(); }
 
-// Whether the student has a mistake's answer; a numerical one is nearer to it than to the right one.
+// Whether the student has a mistake's answer; a numerical one is nearer to it than to the right one. What differs by more than
+// rounding is another: a part kept from a call in other units may be as small as that.
 bool IsAnswer(const Claim& claim, const MatXX& answer) {
   if (!claim.got.allFinite()) return HaveSameBits(answer, claim.got);
-  if (!Equal(claim.got, answer, kMistakeMatch)) return false;
+  if (!Equal(claim.got, answer, std::min(kMistakeMatch, 1e-3 * claim.check.tolerance))) return false;
   return !HaveOneSize(answer, claim.expected) ||
          LargestEntry(claim.got - answer) <= 0.1 * LargestEntry(answer - claim.expected);
 }
@@ -79,6 +80,14 @@ bool IsOfAnEarlierCall(const Claim& claim) {
   const auto& answers = CallsBefore(claim).answers;
   return std::any_of(answers.begin(), answers.end(),
                      [&](const MatXX& answer) { return Equal(claim.got, answer, kMistakeMatch); });
+}
+
+bool IsAddedToAnEarlierCall(const Claim& claim) {
+  const auto& answers = CallsBefore(claim).answers;
+  return std::any_of(answers.begin(), answers.end(), [&](const MatXX& answer) {
+    return HaveOneSize(answer, claim.expected) && !answer.isZero(0.0) &&
+           Equal(claim.got, answer + claim.expected, 1e-9);
+  });
 }
 
 // A mistake, and whether it is a slip in the formula.
@@ -264,6 +273,7 @@ Text Symptom(const Claim& claim) {
   if (!claim.got.isZero(0.0) && IsOfAnEarlierCall(claim)) {
     return {"matrix.of_an_earlier_call", {{"variable", Called(claim)}}};
   }
+  if (IsAddedToAnEarlierCall(claim)) return {"1.1.not_zeroed", {{"it", Called(claim)}}};
   if (const Text whole = SymptomOfTheWhole(claim); !whole.empty()) return whole;
   if (IsSymmetric(claim.expected) && !claim.expected.isDiagonal() && !IsSymmetric(claim.got))
     return "matrix.none_typical_not_symmetric";
@@ -411,6 +421,7 @@ std::string StageNow() {
     places += (places.empty() ? "[" : ", [") + place.Json() + ", " + name.Json() + "]";
   }
   if (!diagnosis.formula.empty()) json += ", \"formula\": " + JsonString(diagnosis.formula);
+  if (diagnosis.elsewhere) json += ", \"elsewhere\": true";
   if (!diagnosis.fingerprint.empty()) json += ", \"fingerprint\": " + diagnosis.fingerprint;
   json += ", \"places\": [" + places + "], \"todo\": " + JsonString(diagnosis.todo) + "}";
   testing::Test::RecordProperty("diagnosis", json);
@@ -514,6 +525,7 @@ void Require(const Claim& claim) {
   diagnosis.cause = found ? found->mistake.cause : symptom;
   if (found && found->is_slip) {
     diagnosis.formula = NameOf(formula->right);
+    diagnosis.elsewhere = found->mistake.elsewhere;
     diagnosis.symptom = symptom;
   }
   Compare(claim, &diagnosis);

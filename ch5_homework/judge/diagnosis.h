@@ -62,6 +62,7 @@ struct Mistake {
   std::string todo;  ///< "1.1b"
   Text cause;        ///< "assembly.mirror_missing"
   MatXX answer;
+  bool elsewhere = false;  ///< or in another TODO, where what it is about is read or used
 };
 
 /// The likelier ones first.
@@ -85,6 +86,7 @@ struct Diagnosis {
   std::vector<std::pair<Text, Text>> places = {};  ///< ("row 3", "VertexPose 1, δp.y")
   std::string fingerprint = {};                    ///< of what came (fingerprint.h); empty: Fail makes that of words
   std::string formula = {};                        ///< in which the cause is a slip; empty if it is none
+  bool elsewhere = false;                          ///< another TODO than that may hold such a slip
   Text symptom = {};                               ///< of such a cause, what is said if another call refutes it
 };
 

@@ -66,7 +66,8 @@ void CheckRandom(const Counts& n, double lambda, Damping damping, const Text& wo
                  double far = 1.0) {
   GraphScene scene("edges of one vertex", {n.points, n.poses, n.depths, n.more_points});
   const Ordering ordering = MakeOrdering(scene.graph);
-  Random random(Seed(12 + static_cast<int>(1000.0 * lambda)));  // other numbers for each λ, as when LM has made a step
+  // Other numbers for each λ, as when LM has made a step, and for each unit: what is kept from another call shows.
+  Random random(Seed(12 + static_cast<int>(1000.0 * lambda) + (unit != 1.0)));
   const System random_system = RandomSystem(ordering, &random);
   const System system{unit * random_system.H, far * unit * random_system.b};
   const Solved got = Solve(&scene, system, VecX::Constant(1, lambda), damping)[0];

@@ -247,8 +247,14 @@ TEST(Stage3, PriorAsksForTheTruePose) {
     const Transform& asked = all_priors[i][0].asked;
     const double residual = ResidualAt(scene.frames[i], asked);
     if (residual < 1e-9) continue;
-    Fail({Text("3.residual_at_true_pose", {{"n", Word(i)}}), Word(0), Word(residual), CauseOfPose(scene, i, asked),
-          "3"});
+    const auto numbers = [](const Transform& T) { return MatXX((VecX(7) << T.p, T.q.coeffs()).finished()); };
+    Fail({Text("3.residual_at_true_pose", {{"n", Word(i)}}),
+          Word(0),
+          Word(residual),
+          CauseOfPose(scene, i, asked),
+          "3",
+          {},
+          Fingerprint(numbers(scene.frames[i]), numbers(asked))});
   }
 }
 

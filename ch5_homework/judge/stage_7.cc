@@ -94,17 +94,17 @@ std::vector<WrongPattern> TypicalPatterns(const Groups& groups, int poses) {
 Text CauseOf(const Pattern& got, const Groups& groups, int poses) {
   const Pattern H_pp = PairsOf(groups.of_edges, IsLower);
   std::vector<WrongPattern> wrong = TypicalPatterns(groups, poses);
-  for (auto one = groups.of_landmarks.begin() + 1; one < groups.of_landmarks.end();
-       ++one) {  // where a loop may begin or end
-    wrong.push_back({"7.landmarks_left_out", PairsOf({groups.of_landmarks.begin(), one}, IsLower)});
-    wrong.push_back({"7.landmarks_left_out", PairsOf({one, groups.of_landmarks.end()}, IsLower)});
-  }
   std::set<int> differences;
   for (const auto& [i, j] : got) {
     if (H_pp.count({i, j}) == 0) differences.insert(i - j);
   }
   wrong.push_back({{"7.only_differences_tied", {{"n", Word(Join({differences.begin(), differences.end()}))}}},
                    PairsOf(groups.of_landmarks, [&](int i, int j) { return differences.count(i - j) > 0; })});
+  for (auto one = groups.of_landmarks.begin() + 1; one < groups.of_landmarks.end();
+       ++one) {  // where a loop may begin or end
+    wrong.push_back({"7.landmarks_left_out", PairsOf({groups.of_landmarks.begin(), one}, IsLower)});
+    wrong.push_back({"7.landmarks_left_out", PairsOf({one, groups.of_landmarks.end()}, IsLower)});
+  }
   for (auto& [cause, pattern] : wrong) {
     pattern.insert(H_pp.begin(), H_pp.end());
     if (got == pattern) return cause;

@@ -76,8 +76,9 @@ void CheckTinyAndHuge(bool accepted) {
 TEST(Stage8, AnAcceptedStepFollowsTheGainRatio) {
   std::vector<Trial> trials;
   Names names;
-  for (const double gain : {1.1, 0.1, 1e-4, 0.5, 0.8, 0.9, 0.97, 3.0}) {
-    const double promise = gain > 2.0 ? 1.0 : 4.0;
+  for (const double gain :
+       {1.1, 0.1, 1e-4, 0.5, 0.8, 0.9, 0.97, 3.0, 0.45, 1.85}) {  // the last ones as if twice or half
+    const double promise = gain > 1.2 ? 1.0 : 4.0;
     trials.push_back({5.0, 5.0 - promise * gain, promise, 0.3, 8.0});
     names.push_back({"8.accepted_with_gain", {{"gain", Word(gain)}}});
     CheckDecision(trials.back(), true, names.back());

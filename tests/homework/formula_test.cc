@@ -132,6 +132,37 @@ TEST(Formula, NamesWhatIsUsedForTooMuch) {
             R"~({"id": "formula.one_block_for_all", "n": "0", "matrix": "D⁻¹"})~");
 }
 
+// A variable is written once: W Mᵀ is not M Mᵀ with another M. And B c for c, both at hand.
+TEST(Formula, NamesWhatStandsForAVariable) {
+  const MatXX W = Numbers(3, 2, 0.8), V = Numbers(2, 2, 0.1), M = W * V;
+  const Expression m = Named(Matrix("W", W) * Matrix("V", V), "M");
+  EXPECT_EQ(CauseOf({m * Transpose(m)}, W * M.transpose()),
+            R"~({"id": "formula.stands_for", "this": "W", "that": "M"})~");
+  EXPECT_EQ(CauseOf({m * Transpose(m)}, W * W.transpose()),
+            R"~({"id": "formula.missing_in", "this": "V", "product": "M"})~");
+  const MatXX B = Numbers(3, 3, 0.2), c = Numbers(3, 1, 1.0), d = Numbers(3, 1, 2.0);
+  EXPECT_EQ(CauseOf({Matrix("d", d) - Matrix("c", c), {Matrix("B", B)}}, d - B * c),
+            R"~({"id": "formula.stands_for", "this": "B c", "that": "c"})~");
+}
+
+// A sign of what is read elsewhere may be written there too, but not where a block begins.
+TEST(Formula, KnowsWhereElseASlipMayBe) {
+  const Solved s;
+  const auto elsewhere = [&](const MatXX& got) {
+    return FindSlip(s.y, got, [&](const MatXX& answer) { return Equal(got, answer, 1e-9); })->elsewhere;
+  };
+  EXPECT_TRUE(elsewhere(s.A.inverse() * (s.c() + s.C * s.x)));
+  EXPECT_FALSE(elsewhere(s.A.inverse() * (s.b.segment(1, 3) - s.C * s.x)));
+  EXPECT_FALSE(elsewhere(s.c() - s.C * s.x));
+}
+
+TEST(Formula, CountsTheTermsOfAPart) {
+  const MatXX a = Numbers(2, 1, 0.5), b = Numbers(3, 1, 1.0), c = Numbers(3, 1, 2.0);
+  const MatXX got = (MatXX(5, 1) << a, b - 0.5 * c).finished();
+  EXPECT_EQ(CauseOf({Stack({Matrix("a", a), Matrix("b", b) - Matrix("c", c)})}, got),
+            R"~({"id": "formula.term_times", "term": "c", "k": "0.5"})~");
+}
+
 TEST(Formula, NamesNothingElse) {
   const Solved s;
   EXPECT_EQ(s.Named(Value(s.y.right) + 1e-3 * Numbers(3, 1, 7.0)), "");
@@ -156,6 +187,8 @@ TEST(Formula, NamesWhatLandsElsewhereOrStays) {
   const MatXX kept = Numbers(3, 3, 1.0) * Numbers(3, 1, 4.0);
   EXPECT_EQ(CauseOf(second, kept), "");
   EXPECT_EQ(CauseOf(second, kept, {first}), R"~({"id": "formula.kept_from_the_first", "this": "A"})~");
+  const Formula smaller{Matrix("A", Numbers(2, 2, 1.0)) * Matrix("x", Numbers(2, 1, 1.0))};
+  EXPECT_EQ(CauseOf(second, kept, {smaller, first}), CauseOf(second, kept, {first}));
 }
 
 // The signs of x are lost where they are negative: an earlier call, in which that sign was right, refutes the term's.

@@ -10,10 +10,12 @@ import json
 from functools import lru_cache
 from typing import NamedTuple
 
+from .diagnosis import cause_of
 from .regions import ROOT
 
 TABLE = ROOT / "ch5_homework" / "mistakes" / "answers.csv"
 NEAR = 1e-5      # of a fingerprint's largest number: two compilers differ by less, two mistakes by more
+KEPT = ("formula.kept_from_the_first", "matrix.of_an_earlier_call")
 SIZES, DIGITS = 2, 8  # the first numbers of a fingerprint are rows and columns; digits of the others in the table
 ANSWER = ("stage", "check", "expected", "got", "places", "fingerprint")  # of a diagnosis, what is about the answer
 
@@ -126,6 +128,8 @@ def named(diagnosis: dict, usual: dict) -> dict:
         return diagnosis
     answer = {} if usual is diagnosis else {"usual": {key: usual[key] for key in ANSWER if key in usual}}
     name = name_of(usual)
+    if cause_of(usual) in KEPT and cause_of(name).startswith("formula."):  # what is kept may be small, in other units: no slip
+        name = {}
     said = {"judged": {key: diagnosis[key] for key in ("cause", "todo") if key in diagnosis}} if name else {}
     return {**diagnosis, **answer, **said, **name}
 

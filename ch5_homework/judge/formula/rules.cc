@@ -171,6 +171,19 @@ void FactorsTransposed(const View& v) {
   }
 }
 
+/// The product of two others that are at hand, one of which may be right: H_mp b_p for b_m.
+void ProductForIt(const View& v) {
+  const auto& A = v.x->kind == Kind::kMatrix ? TryValue(v.x) : std::nullopt;
+  for (const Expression& a : A ? v.named : std::vector<Expression>()) {
+    for (const Expression& c : v.named) {
+      const Expression product = Product({a, c});
+      const bool fits = TryValue(a) && TryValue(c) && TryValue(a)->rows() == A->rows() &&
+                        TryValue(c)->cols() == A->cols() && TryValue(a)->cols() == TryValue(c)->rows();
+      if (fits) v.report(Say("formula.stands_for", {{"this", NameOf(product)}, {"that", NameOf(v.x)}}), product);
+    }
+  }
+}
+
 /// Something else that is at hand, between two factors, or at an end.
 void FactorTooMany(const View& v) {
   if (v.x->kind != Kind::kProduct) return;
@@ -326,6 +339,15 @@ static bool WasShown(const View& v, size_t number, size_t count) {
 
 /// The terms so many times each: half and whole numbers, or any of one term.
 void TermsOfOtherCounts(const View& v) {
+  Index row = 0;
+  for (size_t k = 0; v.is_whole && v.x->kind == Kind::kStack && k < v.x->parts.size(); ++k) {  // each part for itself
+    const MatXX own = v.got.middleRows(row, std::min(Value(v.x->parts[k]).rows(), v.got.rows() - row));
+    row += own.rows();
+    const auto report = [&](const Text& cause, const Expression& part) {
+      v.report(cause, Stack(Replaced(v.x->parts, k, 1, {part})));
+    };
+    TermsOfOtherCounts({v.x->parts[k], true, v.formula, own, v.named, v.earlier, report});
+  }
   const auto& right = TryValue(v.x);
   if (!v.is_whole || v.formula.right->kind == Kind::kSeen || v.x->kind == Kind::kStack || !right || !v.got.allFinite())
     return;
@@ -367,17 +389,18 @@ void TermsOfOtherCounts(const View& v) {
 
 // ---- the table -------------------------------------------------------------------------------------------------------
 
-const std::vector<Rule>& Rules() {
-  static const std::vector<Rule> rules{
+const std::vector<Rule>& Rules(bool unlikely) {
+  static const std::vector<Rule> first{
       &PartZero,          &InverseOfSingular,     &TermOfOtherSign,    &TermMissing,   &FactorMissing,
       &BracketsMissing,   &BracketsTooMany,       &InverseForgotten,   &FactorTwice,   &InverseOfOneKindOnly,
       &AnotherSource,     &InverseOfOneBlock,     &TransposeForgotten, &AnotherForIt,  &Transposed,
       &FactorsTransposed, &FactorsInAnotherOrder, &InverseOfAnother,   &DirectionsCut, &OnlyDiagonal,
       &OnlyTriangle,      &PartsOfATerm,          &PartsOfABlock,      &RootOfInverse, &Inverted,
       &BlockOfTheInverse, &AnotherPlace,          &MultipleOfIAdded,   &TurnsOfALoop,  &SharesOfAKind,
-      &SharesElsewhere,   &FactorTooMany,         &TermsOfOtherCounts, &SignsLost,     &SharesOffByOne,
-      &ShareTooMany,      &ShareAtAnotherPlace};
-  return rules;
+      &SharesElsewhere};
+  static const std::vector<Rule> last{&FactorTooMany, &TermsOfOtherCounts,  &SignsLost,   &SharesOffByOne,
+                                      &ShareTooMany,  &ShareAtAnotherPlace, &ProductForIt};
+  return unlikely ? last : first;
 }
 
 }  // namespace ch5::homework::formula

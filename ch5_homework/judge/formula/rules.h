@@ -35,8 +35,8 @@ struct View {
 };
 using Rule = void (*)(const View& v);
 
-/// The likelier ones first.
-const std::vector<Rule>& Rules();
+/// The likelier ones first.  @param unlikely  those that explain much by what happens to be at hand, after all others
+const std::vector<Rule>& Rules(bool unlikely);
 
 // rules.cc
 void TermMissing(const View& v);
@@ -46,6 +46,7 @@ void BracketsTooMany(const View& v);
 void FactorMissing(const View& v);
 void FactorTwice(const View& v);
 void FactorTooMany(const View& v);
+void ProductForIt(const View& v);
 void FactorsInAnotherOrder(const View& v);
 void FactorsTransposed(const View& v);
 void InverseForgotten(const View& v);

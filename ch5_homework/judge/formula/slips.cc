@@ -19,13 +19,15 @@ struct Site {
   std::vector<size_t> path;
   std::string todo;
   bool is_whole;
+  bool read_elsewhere;  ///< in another TODO than what it is a part of
 };
 
 void Walk(const Expression& x, const std::vector<size_t>& path, std::string todo, bool is_whole,
           std::vector<Site>* sites) {
+  const bool read_elsewhere = x->source && !x->todo.empty() && x->todo != todo;
   if (!x->todo.empty()) todo = x->todo;
   const bool seen = x->kind == Kind::kSeen;
-  if (!seen) sites->push_back({x, path, todo, is_whole});
+  if (!seen) sites->push_back({x, path, todo, is_whole, read_elsewhere});
   if (x->kind == Kind::kAssembly) return;  // see Family
   for (size_t k = 0; k < x->parts.size(); ++k) {
     auto deeper = path;
@@ -166,6 +168,14 @@ std::map<std::string, Expression> FirstOnes(const Expression& x) {
   return first;
 }
 
+/// Whether a slip may as well be written in the TODO where blocks are read as where they are used: all but a wrong place.
+bool MayBeElsewhere(Rule rule, const Site& site, const std::vector<Site>& sites) {
+  if (rule == &AnotherPlace || rule == &AnotherSource) return false;
+  const bool of_a_term = rule == &TermOfOtherSign || rule == &TermsOfOtherCounts;
+  return site.read_elsewhere ||
+         (of_a_term && std::any_of(sites.begin(), sites.end(), [](const Site& one) { return one.read_elsewhere; }));
+}
+
 std::clock_t search_began = 0;  // of large matrices all slips would take minutes
 bool IsLate() { return std::clock() - search_began > 5 * CLOCKS_PER_SEC; }
 
@@ -178,19 +188,21 @@ class Search {
          const std::vector<Formula>& earlier, IsAskedCause is_asked)
       : formula_(formula), got_(got), is_(is), earlier_(earlier), is_asked_(std::move(is_asked)) {}
 
-  /// What the first turn of a loop had, in the first call, wherever it is used; a later call may be of another size.
+  /// What the first turn of a loop had, in an earlier call, wherever it is used; a later call may be of another size.
   std::optional<Mistake> Kept(const Expression& way, const Expression& of_first_call) {
+    may_be_elsewhere_ = true;
     for (const auto& [name, first] : FirstOnes(of_first_call)) {
       const auto change = [&, &name = name, &first = first](const Expression& x) {
         const bool fits = Value(x).rows() == Value(first).rows() && Value(x).cols() == Value(first).cols();
         return x != first && NameOf(x) == name && fits ? first : nullptr;
       };
+      if (name == NameOf(way)) continue;  // all of it: that is seen elsewhere
       Try(Say("formula.kept_from_the_first", {{"this", name}}), {}, ReplaceAll(way, change));
     }
     return found_;
   }
 
-  std::optional<Mistake> In(const Expression& way) {
+  std::optional<Mistake> In(const Expression& way, bool unlikely) {
     std::vector<Site> sites;
     Walk(way, {}, {}, true, &sites);
     const auto named = formula_.listed_alone ? std::vector<Expression>() : NamedIn(formula_, sites);
@@ -201,31 +213,39 @@ class Search {
     std::set<const Node*> seen;
     FindFamilies(way, false, {}, &by_name, &seen, &families);
     const std::vector<KindOfShare> kinds = KindsIn(sites);
-    for (const Rule rule : formula_.listed_alone ? std::vector<Rule>{&AnotherForIt} : Rules()) {
+    for (const Rule rule : formula_.listed_alone ? std::vector<Rule>{&AnotherForIt} : Rules(unlikely)) {
       depends_on_values_ = rule == &DirectionsCut;  // a limit that the earlier ones did not come near
-      if (rule == &TransposeForgotten) {  // before what replaces another
+      if (rule == &TransposeForgotten) {            // before what replaces another
+        may_be_elsewhere_ = true;
         for (const auto& [cause, changed] : FromOtherSources(way, sites)) Try(cause, {}, changed);
         for (const auto& [cause, changed] : BlocksExchanged(way, sites)) Try(cause, {}, changed);
       }
+      may_be_elsewhere_ = false;
       for (const Family& family : families) {
         TryFamily(rule, way, family, kinds);
         if (found_ || IsLate()) return found_;
       }
       for (const Site& site : sites) {
         if (found_ || IsLate()) return found_;
-        rule({site.x, site.is_whole, formula_, got_, named, earlier_,
-              [&](const Text& cause, const Expression& instead) {
-                if (found_) return;
-                if (!instead) {
-                  if (IsAsked(cause)) found_ = Mistake{site.todo, cause, got_};
-                  return;
-                }
-                const bool is_of_kind = instead->kind == Kind::kAssembly && !instead->todo.empty();
-                Try(cause, is_of_kind ? instead->todo : site.todo, ReplaceAt(way, site.path, 0, instead));
-                if (uses[site.x.get()] < 2) return;
-                Try(cause, site.todo,
-                    ReplaceAll(way, [&](const Expression& x) { return x == site.x ? instead : nullptr; }));
-              }});
+        // A variable is written once: a slip in it is wherever it is used; another one stands for it at one place.
+        const bool is_written_once = uses[site.x.get()] > 1 && !site.x->name.empty() && !site.x->parts.empty() &&
+                                     rule != &AnotherForIt && rule != &Transposed;
+        may_be_elsewhere_ = MayBeElsewhere(rule, site, sites);
+        rule(
+            {site.x, site.is_whole, formula_, got_, named, earlier_, [&](const Text& cause, const Expression& instead) {
+               if (found_) return;
+               if (!instead) {
+                 if (IsAsked(cause)) found_ = Mistake{site.todo, cause, got_};
+                 return;
+               }
+               const bool is_of_kind = instead->kind == Kind::kAssembly && !instead->todo.empty();
+               if (!is_written_once) {
+                 Try(cause, is_of_kind ? instead->todo : site.todo, ReplaceAt(way, site.path, 0, instead));
+               }
+               if (uses[site.x.get()] < 2) return;
+               Try(cause, site.todo,
+                   ReplaceAll(way, [&](const Expression& x) { return x == site.x ? instead : nullptr; }));
+             }});
       }
     }
     return found_;
@@ -269,10 +289,10 @@ class Search {
     if (found_ || !IsAsked(cause) || IsLate()) return;
     const auto& answer = TryValue(changed);
     if (!answer || !is_(*answer) || (!depends_on_values_ && IsRefuted(cause))) return;
-    if (!IsLate()) found_ = Mistake{todo, cause, *answer};  // and so has been compared with all earlier calls
+    if (!IsLate()) found_ = Mistake{todo, cause, *answer, may_be_elsewhere_};  // compared with all earlier calls
   }
 
-  bool depends_on_values_ = false;
+  bool depends_on_values_ = false, may_be_elsewhere_ = false;
 
   bool IsAsked(const Text& cause) const { return !is_asked_ || is_asked_(cause); }
 
@@ -306,9 +326,11 @@ bool Search::IsRefuted(const Text& cause) const {
     };
     const std::vector<Expression> ways = WaysOf(one);
     const auto is_cause = [&](const Text& other) { return other.Json() == cause.Json(); };
-    return std::none_of(
-               ways.begin(), ways.end(),
-               [&](const Expression& way) { return Search(one, right, stays_right, none, is_cause).In(way); }) &&
+    return std::none_of(ways.begin(), ways.end(),
+                        [&](const Expression& way) {
+                          Search search(one, right, stays_right, none, is_cause);
+                          return search.In(way, false) || search.In(way, true);
+                        }) &&
            is_tried;
   });
 }
@@ -337,12 +359,17 @@ std::optional<Mistake> FindSlip(const Formula& formula, const MatXX& got,
                                 const std::function<bool(const Text& cause)>& is_asked) {
   search_began = std::clock();
   Search search(formula, got, is, earlier, is_asked);
-  const std::vector<Expression> ways = WaysOf(formula), of_first = WaysOf(earlier.empty() ? formula : earlier[0]);
-  for (const Expression& way : ways) {
-    if (auto found = search.In(way)) return found;
+  const std::vector<Expression> ways = WaysOf(formula);
+  for (const bool unlikely : {false, true}) {
+    for (const Expression& way : ways) {
+      if (auto found = search.In(way, unlikely)) return found;
+    }
   }
-  for (size_t k = 0; k < std::min(ways.size(), of_first.size()); ++k) {
-    if (auto found = search.Kept(ways[k], of_first[k])) return found;
+  for (const Formula& one : earlier.empty() ? std::vector<Formula>{formula} : earlier) {  // or the first of its size
+    const std::vector<Expression> before = WaysOf(one);
+    for (size_t k = 0; k < std::min(ways.size(), before.size()); ++k) {
+      if (auto found = search.Kept(ways[k], before[k])) return found;
+    }
   }
   return {};
 }

@@ -55,6 +55,7 @@ Formula MotionRows(const Mat33& R_given, int row, int dim, int columns) {
                                     Matrix("I + [(0, 0, θ)]", Mat33::Identity() + Hat(Vec3(0, 0, yaw))),
                                     turn("R_z(θ/2)", {0, 0, 0.5 * yaw}),
                                     turn("R_z(180 θ/π)", {0, 0, degrees}),
+                                    turn("R_z(π θ/180)", {0, 0, yaw * yaw / degrees}),
                                     turn("R_x(θ)", {yaw, 0, 0}),
                                     turn("R_y(θ)", {0, yaw, 0})};
   std::vector<Share> shares;
@@ -70,7 +71,9 @@ Formula MotionRows(const Mat33& R_given, int row, int dim, int columns) {
 Formula OfOtherGauge(const MatXX& covariance, const MatXX& motion, const MatXX& Q, const MatXX& Q_C) {
   const Expression T = Named(Matrix("Q_C", Q_C) * Matrix("∂θ_C/∂θ", motion), "(Q_C ∂θ_C/∂θ)");
   const Expression before = Matrix("Cov", covariance);
-  return {T * before * Transpose(T), {Matrix("Q", Q), before}};
+  const MatXX one = Value(T) * covariance;
+  const Instead half{Matrix("½ (T Cov + (T Cov)ᵀ)", 0.5 * (one + one.transpose()))};
+  return {MistakenFor(T * before * Transpose(T), {half}), {Matrix("Q", Q), before}};
 }
 
 }  // namespace ch5::homework::right

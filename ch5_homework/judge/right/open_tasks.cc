@@ -52,6 +52,7 @@ Expression FactorAfterGain(const std::vector<Trial>& trials) {
        {by([](double rho) { return Limited(1.0 - (std::pow(2.0 * rho, 3) - 1.0)); },
            "max(⅓, min(⅔, 1 − ((2ϱ)³ − 1)))")},
        {by([](double rho) { return Limited(1.0 - std::pow(2.0 * rho + 1.0, 3)); }, "max(⅓, min(⅔, 1 − (2ϱ + 1)³))")},
+       {by([](double rho) { return Limited(1.0 - std::pow(2.0 * rho, 3)); }, "max(⅓, min(⅔, 1 − (2ϱ)³))")},
        {by([](double rho) { return Limited(Nielsen(2.0 * rho)); }), "8.half_the_promise"},
        {by([](double rho) { return Limited(Nielsen(0.5 * rho)); }), "8.half_the_promise"},
        {by([](double rho) { return Limited(Nielsen(1.0 / rho)); }), "8.gain_inverted"},

@@ -15,10 +15,13 @@ SchurSolve::SchurSolve(const System& system, const Ordering& ordering, double la
   const Damping other = damping == Damping::kIdentity ? Damping::kDiagonal : Damping::kIdentity;
   const MatXX damped = Damped(system.H, lambda, damping);
   const std::vector<Part> parts = PartsOf(ordering);
+  MatXX multiplied = damped;
+  multiplied.diagonal() *= 1.0 + lambda;
   const Source H(
       "H", damped,
       {{"1.2.without_lambda", system.H},
        {"1.2.with_lambda_twice", 2.0 * damped - system.H},
+       {"1.2.with_lambda_twice", multiplied},
        {{"1.2.with_other_damping", {{"D", Word(std::string(other == Damping::kDiagonal ? "diag(H)" : "I"))}}},
         Damped(system.H, lambda, other)}},
       parts);
@@ -31,12 +34,13 @@ SchurSolve::SchurSolve(const System& system, const Ordering& ordering, double la
   const Expression tempH = Named(H_pm * H_mm_inverse, "tempH");
 
   S = {WrittenAt("1.2b", H_pp - H_pm * H_mm_inverse * H_mp), {tempH, b_p}};
-  b_S = {WrittenAt("1.2b", b_p - H_pm * H_mm_inverse * b_m)};
+  b_S = {WrittenAt("1.2b", b_p - H_pm * H_mm_inverse * b_m), {H_mp}};
   S.rows = b_S.rows = {parts.begin(), parts.begin() + static_cast<ptrdiff_t>(ordering.poses.size())};
 
   const Expression x_p = Matrix("Δx_p", Solve(Value(S.right), Value(b_S.right)));
+  const auto here = [](const Expression& x) { return WrittenAt("1.2c", x); };  // the blocks' numbers were right in S
   const Expression of_landmarks =
-      WrittenAt("1.2c", WrittenAt("1.2c", Inverse(H_mm, SizesOf(ordering.landmarks))) * (b_m - H_mp * x_p));
+      here(here(Inverse(H_mm, SizesOf(ordering.landmarks))) * (here(b_m) - here(H_mp) * x_p));
   const Expression dense = Inverse(H.Block("H", 0, 0, n, n, "1.2a")) * rhs.Segment("b_", 0, n, "1.2b");
   delta_x = {Stack({x_p, of_landmarks}), {b_p, Named(b_S.right, "b_pp_schur_"), H_pm, tempH, H_pp}, {dense}};
 }
@@ -158,7 +162,8 @@ Prior::Prior(const System& moved, const System& given, int dim) {
 
   H = {A_rr - A_rm * A_mm_inverse * A_mr,
        {tempB, Matrix("H_marg", moved.H), Matrix("(H⁻¹)_rr", PseudoInversePsd(moved.H).topLeftCorner(n, n))}};
-  b = {b_r - A_rm * A_mm_inverse * b_m, {tempB, Matrix("b_marg", moved.b)}};
+  const auto here = [](const Expression& x) { return WrittenAt("2d", x); };  // A_rm was right in H_prior
+  b = {here(b_r - here(A_rm) * A_mm_inverse * b_m), {tempB, Matrix("b_marg", moved.b)}};
   b.beside.push_back(Named(Inverse(Named(H.right, "H_prior")) * b.right, "H_prior⁻¹ b_prior"));
 }
 
