@@ -147,6 +147,13 @@ void Graph::RemoveVertices(const std::vector<std::shared_ptr<Vertex>>& vertices)
   }
 }
 
+Graph::Solving::Solving(Graph* graph) : solver_(graph->solver_) {
+  if (!solver_.compare_exchange_strong(before_, std::this_thread::get_id()) && before_ != std::this_thread::get_id()) {
+    throw std::logic_error("two threads solve one graph at once; each needs a graph of its own, or a lock");
+  }
+}
+Graph::Solving::~Solving() { solver_ = before_; }
+
 bool Graph::Contains(const Vertex& vertex) const { return vertices_.Contains(vertex); }
 bool Graph::Contains(const Edge& edge) const { return edges_.Contains(edge); }
 

@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <stdexcept>
+#include <thread>
 #include <unordered_map>
 #include <vector>
 
@@ -73,6 +74,20 @@ class Graph {
   /// time proportional to the vertex' degree.
   std::vector<std::shared_ptr<Edge>> EdgesOf(const Vertex& vertex) const;
 
+  /// As long as it lives, one thread solves the graph.
+  class Solving {
+   public:
+    /// @throws std::logic_error if another thread solves it
+    explicit Solving(Graph* graph);
+    ~Solving();
+    Solving(const Solving&) = delete;
+    Solving& operator=(const Solving&) = delete;
+
+   private:
+    std::atomic<std::thread::id>& solver_;
+    std::thread::id before_;  // this thread in a solve within a solve, else none
+  };
+
   /// How many edges have been removed so far, with their vertices or alone: who follows a graph that grows asks.
   size_t NumRemovedEdges() const { return num_removed_edges_; }
 
@@ -103,6 +118,7 @@ class Graph {
   int next_vertex_id_ = 0;
   int next_edge_id_ = 0;
   size_t num_removed_edges_ = 0;
+  std::atomic<std::thread::id> solver_ = {};
   std::vector<std::vector<State>> stack_;
   std::shared_ptr<const void> alive_ = std::make_shared<char>();  // ends with this object; moves to no other
 };

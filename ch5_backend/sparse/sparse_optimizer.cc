@@ -28,7 +28,10 @@ void SparseOptimizer::Hold(std::vector<HeldDirections> held) {
   solver_->Hold(held_);
 }
 
-Summary SparseOptimizer::Solve(const SolveOptions& options) { return Minimize(solver_.get(), options); }
+Summary SparseOptimizer::Solve(const SolveOptions& options) {
+  const Graph::Solving solving(graph_);
+  return Minimize(solver_.get(), options);
+}
 
 bool SparseOptimizer::Initialize(Selection selection) {
   selection_ = std::move(selection);

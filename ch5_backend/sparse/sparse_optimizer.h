@@ -51,6 +51,7 @@ class SparseOptimizer {
   /// Minimizes by the algorithm that the options name, or by the one that suits the graph (Algorithm::kAutomatic): over the
   /// edges of level 0, or what InitializeOptimization chose.
   /// @throws GraphError if an edge ties two free landmarks
+  /// @throws std::logic_error if another thread solves the same graph
   Summary Solve(const SolveOptions& options = {});
 
   /// Chooses the edges of a level (all, if it is negative) whose vertices are all in the set, and numbers the vertices.

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <limits>
+#include <thread>
 
 #include "ch5_backend/dense/blocks/plain_block_solver.h"
 #include "ch5_backend/dense/problem.h"
@@ -304,6 +305,19 @@ const std::vector<Case> kGraphs = {
          g->x_[0]->SetFixed();
          MakeOrdering(g->graph);
        });
+     }},
+    {"two threads that solve one graph", "two threads solve one graph at once",
+     [](TwoSteps* g) {
+       SolveOptions options;
+       std::string said;
+       options.callback = [&](const IterationInfo&) {
+         std::thread([&] {
+           said = test::Refusal<std::logic_error>([&] { SparseOptimizer(&g->graph).Solve(); });
+         }).join();
+         return false;
+       };
+       g->Solve(options);
+       return said + g->Solve();  // and then it is free again
      }},
     {"no information", "H is zero; is all information zero",
      [](TwoSteps* g) {
