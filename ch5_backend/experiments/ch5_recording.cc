@@ -157,7 +157,7 @@ void Run(const Command& command) {
   warn(CheckFiles(left_out, recording.clock_steps, extras.not_used));
   warn(readings);
   warn(ch5::CheckImages(command.strict, &recording));
-  warn(ch5::SplitReusedIds(command.strict, &recording));
+  warn(ch5::CheckTracks(command.strict, &recording));
   warn(ch5::CheckNoise(&recording, &settings));
   warn(CompareWithImages(readings, &recording, &settings));
   const ch5::OutputFolder made(command.out);

@@ -328,7 +328,7 @@ TEST(ImplausibleReadings, AnIdThatGoesOnWithAnotherPointIsSplitAndNamed) {
   options.simulation.calibration = ForwardStereo();
   const Recording whole = SimulateRoom(options);
   Recording recording = whole;
-  EXPECT_EQ(Names(SplitReusedIds(true, &recording)), "");
+  EXPECT_EQ(Names(CheckTracks(true, &recording)), "");
   std::map<int, int> places, ids;  // by id, by place
   for (Image& image : recording.images) {
     std::map<int, int> still;
@@ -348,8 +348,8 @@ TEST(ImplausibleReadings, AnIdThatGoesOnWithAnotherPointIsSplitAndNamed) {
     for (TrackedPoint& point : image.tracks1) point.id = places.at(point.id);
   }
   Recording strict = recording;  // stays as it is
-  EXPECT_THROW(SplitReusedIds(true, &strict), std::invalid_argument);
-  const RecordingWarnings warnings = SplitReusedIds(false, &recording);
+  EXPECT_THROW(CheckTracks(true, &strict), std::invalid_argument);
+  const RecordingWarnings warnings = CheckTracks(false, &recording);
   ASSERT_EQ(Names(warnings), "ids_reused");
   EXPECT_GT(warnings[0].value, 40.0);
   const auto tracks_of = [](const Recording& one) {
@@ -371,12 +371,34 @@ TEST(ImplausibleReadings, AnIdThatGoesOnWithAnotherPointIsSplitAndNamed) {
   }
 }
 
-// False matches that come and go.
-TEST(ImplausibleReadings, MatchesOfWhichManyAreFalseAreNotIdsThatAreReused) {
+// Those of which the simulator has made every fifth, far or near.
+TEST(ImplausibleReadings, ManyFalseMatchesAreLeftOutAndNamed) {
   RoomOptions options;
-  options.simulation.camera.outlier_fraction = 0.3;
+  options.simulation.calibration = ForwardStereo();
+  const Recording whole = SimulateRoom(options);
+  options.simulation.camera.outlier_fraction = 0.2;
   Recording recording = SimulateRoom(options);
-  EXPECT_EQ(Names(SplitReusedIds(true, &recording)), "");
+  Recording strict = recording;
+  EXPECT_THROW(CheckTracks(true, &strict), std::invalid_argument);
+  const RecordingWarnings warnings = CheckTracks(false, &recording);
+  ASSERT_EQ(Names(warnings), "false_matches");
+  const auto points_of = [](const Recording& one) {
+    size_t all = 0;
+    for (const Image& image : one.images) all += image.tracks.size();
+    return static_cast<double>(all);
+  };
+  EXPECT_EQ(points_of(recording), points_of(strict) - warnings[0].value);
+  EXPECT_GT(warnings[0].value, 0.1 * points_of(strict));
+  // What is left lies near the place of the same point without false matches.
+  double far = 0.0;
+  ASSERT_EQ(whole.images.size(), recording.images.size());
+  for (size_t k = 0; k < whole.images.size(); ++k) {
+    std::map<int, Vec2> places;
+    for (const TrackedPoint& point : whole.images[k].tracks) places[point.id] = point.x;
+    for (const TrackedPoint& point : recording.images[k].tracks)
+      far += places.count(point.id) > 0 && (places[point.id] - point.x).norm() > 0.1;
+  }
+  EXPECT_LT(far, 0.01 * points_of(recording));
 }
 
 TEST(ImplausibleReadings, ACameraWithoutNoiseMaySeeTheSameAtRest) {

@@ -322,6 +322,109 @@ std::optional<double> StepOf(const std::vector<TrackedPoint>& before, const std:
   return *std::max_element(ways.begin(), ways.end()) < kRounding ? 0.0 : Median(ways);
 }
 
+// A point of a track.
+struct Seen {
+  size_t image;
+  TrackedPoint* point;
+  TrackedPoint* second;                                   // the same one in camera 1, if it is seen there
+  bool follows = false;                                   // the image before has it too
+  Vec3 apart = Vec3::Zero();                              // from there, beyond how the others moved
+  double most = std::numeric_limits<double>::infinity();  // of that, where a track goes on
+};
+using Tracks = std::map<int, std::vector<Seen>>;
+
+Tracks TracksOf(std::vector<Image>* images) {
+  constexpr double kTimes = 5.0, kLeast = 0.02;  // of how the others spread about their median; [rad]
+  constexpr size_t kFewest = 8;                  // tracks in both images
+  Tracks tracks;
+  const auto ray = [](const Vec2& x) -> Vec3 { return x.homogeneous().normalized(); };
+  for (size_t k = 0; k < images->size(); ++k) {
+    Image& image = (*images)[k];
+    std::unordered_map<int, TrackedPoint*> seconds;
+    for (TrackedPoint& point : image.tracks1) seconds.emplace(point.id, &point);
+    std::vector<double> steps[3];
+    std::vector<Seen*> moved;
+    for (TrackedPoint& point : image.tracks) {
+      std::vector<Seen>& track = tracks[point.id];
+      const auto second = seconds.find(point.id);
+      track.push_back({k, &point, second == seconds.end() ? nullptr : second->second});
+      if (track.size() < 2 || track[track.size() - 2].image + 1 != k) continue;
+      Seen& seen = track.back();
+      seen.follows = true;
+      seen.apart = ray(point.x) - ray(track[track.size() - 2].point->x);
+      moved.push_back(&seen);
+      for (int axis = 0; axis < 3; ++axis) steps[axis].push_back(seen.apart[axis]);
+    }
+    if (moved.empty()) continue;
+    const Vec3 typical(Median(steps[0]), Median(steps[1]), Median(steps[2]));
+    std::vector<double> apart;
+    for (Seen* seen : moved) apart.push_back((seen->apart -= typical).norm());
+    if (moved.size() < kFewest) continue;
+    const double most = std::max(kLeast, kTimes * Median(apart));
+    for (Seen* seen : moved) seen->most = most;
+  }
+  return tracks;
+}
+
+struct JumpsOfTracks {
+  std::vector<Seen*> falses, begins;  // points of no track, and the first ones of another point
+};
+
+// A false match comes back; what stays elsewhere is another point.
+void FindJumps(std::vector<Seen>* track, JumpsOfTracks* jumps) {
+  constexpr size_t kSteady = 3;   // images
+  constexpr double kOther = 0.1;  // [rad]
+  std::vector<Seen>& seen = *track;
+  size_t begin = 0, good = 0;                       // the present point's first image, and its last one so far
+  Vec3 away = Vec3::Zero(), before = Vec3::Zero();  // from the last one; of that from the one before it
+  const auto leave_out = [&](size_t from, size_t end) {
+    for (size_t k = from; k < end; ++k) jumps->falses.push_back(&seen[k]);
+  };
+  const auto is_small = [](const Seen& one) { return one.apart.norm() <= one.most; };
+  const auto take = [&](size_t k) {
+    good = k;
+    before = std::exchange(away, Vec3::Zero());
+  };
+  for (size_t k = 1; k < seen.size(); ++k) {
+    away += seen[k].apart;
+    const size_t first = k + 1 - kSteady;
+    if (!seen[k].follows || away.norm() <= seen[k].most) {
+      leave_out(good + 1, k);
+      if (!seen[k].follows) begin = k;
+      take(k);
+    } else if (first > good && first < k && std::all_of(&seen[first + 1], &seen[k] + 1, is_small)) {
+      const bool is_elsewhere = away.norm() > kOther, returns = (before + away).norm() <= kOther;
+      if (is_elsewhere) leave_out(returns ? good : good + 1, first);
+      if (is_elsewhere && !returns) {
+        good + 1 - begin < kSteady ? leave_out(begin, good + 1) : jumps->begins.push_back(&seen[first]);
+        begin = first;
+      }
+      take(k);
+    }
+  }
+  leave_out(good + 1, seen.size());
+}
+
+JumpsOfTracks FindJumps(Tracks* tracks) {
+  JumpsOfTracks jumps;
+  for (auto& [id, track] : *tracks) FindJumps(&track, &jumps);
+  return jumps;
+}
+
+// From each of these points on a track has an id of its own.
+void Renumber(Tracks* tracks, const std::vector<Seen*>& begins) {
+  const std::set<Seen*> new_from(begins.begin(), begins.end());
+  int next = tracks->empty() ? 0 : tracks->rbegin()->first;
+  for (auto& [id, track] : *tracks) {
+    int now = id;
+    for (Seen& one : track) {
+      if (new_from.count(&one) > 0) now = ++next;
+      one.point->id = now;
+      if (one.second) one.second->id = now;
+    }
+  }
+}
+
 }  // namespace
 
 RecordingWarnings CheckImages(bool strict, Recording* recording) {
@@ -351,76 +454,39 @@ RecordingWarnings CheckImages(bool strict, Recording* recording) {
   return {{"images_repeated", static_cast<double>(copies.size()), t, words, "", t}};
 }
 
-RecordingWarnings SplitReusedIds(bool strict, Recording* recording) {
-  constexpr double kTimes = 10.0, kLeast = 0.1;  // of how the others spread about their median; [rad]
-  constexpr size_t kFewest = 8, kSteady = 2;     // tracks in both images; images before and after
-  constexpr double kShare = 0.2;                 // of the tracks: 0.03 in a public recording with false matches
-  struct Seen {
-    TrackedPoint* point;
-    TrackedPoint* second;  // the same one in camera 1, if it is seen there
-    double t;
-    Vec3 apart;   // from the image before, beyond how the others moved
-    double most;  // that is not too far
+RecordingWarnings CheckTracks(bool strict, Recording* recording) {
+  constexpr double kShareOfPoints = 0.05;  // 0.007 where all is in order
+  constexpr double kShareOfTracks = 0.2;   // 0.04
+  std::vector<Image>& images = recording->images;
+  Tracks tracks = TracksOf(&images);
+  size_t points = 0;
+  for (const auto& [id, track] : tracks) points += track.size();
+  JumpsOfTracks jumps = FindJumps(&tracks);
+  RecordingWarnings warnings;
+  const auto warn = [&](const char* name, const std::string& what, size_t all, const std::string& then, double share,
+                        std::vector<Seen*>* some) {
+    if (static_cast<double>(some->size()) < std::max(1.0, share * static_cast<double>(all))) return some->clear();
+    const Seen& first =
+        **std::min_element(some->begin(), some->end(), [](auto* x, auto* y) { return x->image < y->image; });
+    const double t = images[first.image].t;
+    const std::string words = Join(what, ": ", some->size(), " of ", all, "; ", then, "; the first: track ",
+                                   first.point->id, " at ", t, " s");
+    if (strict) throw std::invalid_argument(words);
+    warnings.push_back({name, static_cast<double>(some->size()), static_cast<double>(all), words, "", t});
   };
-  std::map<int, std::vector<Seen>> tracks;
-  const auto ray = [](const Vec2& x) -> Vec3 { return x.homogeneous().normalized(); };
-  for (size_t k = 0; k < recording->images.size(); ++k) {
-    Image& image = recording->images[k];
-    std::unordered_map<int, TrackedPoint*> seconds;
-    for (TrackedPoint& point : image.tracks1) seconds.emplace(point.id, &point);
-    std::vector<double> steps[3];
-    std::vector<std::pair<Seen*, Vec3>> moved;
-    for (TrackedPoint& point : image.tracks) {
-      std::vector<Seen>& seen = tracks[point.id];
-      const bool follows = k > 0 && !seen.empty() && seen.back().t == recording->images[k - 1].t;
-      const Vec3 step = follows ? Vec3(ray(point.x) - ray(seen.back().point->x)) : Vec3::Zero();
-      const auto second = seconds.find(point.id);
-      seen.push_back({&point, second == seconds.end() ? nullptr : second->second, image.t, Vec3::Zero(), kLeast});
-      if (!follows) continue;
-      moved.emplace_back(&seen.back(), step);
-      for (int axis = 0; axis < 3; ++axis) steps[axis].push_back(step[axis]);
-    }
-    if (moved.size() < kFewest) continue;
-    const Vec3 typical(Median(steps[0]), Median(steps[1]), Median(steps[2]));
-    std::vector<double> apart;
-    for (const auto& [seen, step] : moved) apart.push_back((step - typical).norm());
-    const double most = std::max(kLeast, kTimes * Median(apart));
-    for (const auto& [seen, step] : moved) seen->apart = step - typical, seen->most = most;
-  }
-  // It jumps once, and each of the images before must be far from each after: a false match comes back.
-  const auto is_other = [](const std::vector<Seen>& seen, size_t k) {
-    for (size_t j = k - kSteady; j <= k + kSteady; ++j)
-      if ((seen[j].apart.norm() > seen[j].most) != (j == k)) return false;
-    Vec3 before = Vec3::Zero();
-    for (size_t i = 0; i <= kSteady; before += seen[k - ++i].apart) {
-      Vec3 all = before;
-      for (size_t j = k; j <= k + kSteady; ++j)
-        if ((all += seen[j].apart).norm() <= seen[k].most) return false;
-    }
-    return true;
-  };
-  std::vector<Seen*> begins;  // of another point
-  for (auto& [id, seen] : tracks) {
-    for (size_t k = kSteady + 1; k + kSteady < seen.size(); ++k)
-      if (is_other(seen, k)) begins.push_back(&seen[k]);
-  }
-  if (static_cast<double>(begins.size()) < std::max(1.0, kShare * static_cast<double>(tracks.size()))) return {};
-  const auto first = *std::min_element(begins.begin(), begins.end(), [](auto* a, auto* b) { return a->t < b->t; });
-  const double t = first->t;
-  const std::string words = Join("tracks whose id goes on with another point: ", begins.size(), " of ", tracks.size(),
-                                 "; each becomes two; the first: track ", first->point->id, " at ", t, " s");
-  if (strict) throw std::invalid_argument(words);
-  const std::set<Seen*> new_from(begins.begin(), begins.end());
-  int next = tracks.rbegin()->first;
-  for (auto& [id, seen] : tracks) {
-    int now = id;
-    for (Seen& one : seen) {
-      if (new_from.count(&one) > 0) now = ++next;
-      one.point->id = now;
-      if (one.second) one.second->id = now;
+  warn("false_matches", "points left out", points, "each lies apart from its track", kShareOfPoints, &jumps.falses);
+  warn("ids_reused", "tracks whose id goes on with another point", tracks.size(), "each becomes two", kShareOfTracks,
+       &jumps.begins);
+  Renumber(&tracks, jumps.begins);
+  std::vector<std::set<int>> out(images.size());
+  for (const Seen* one : jumps.falses) out[one->image].insert(one->point->id);
+  for (size_t k = 0; k < images.size(); ++k) {
+    for (std::vector<TrackedPoint>* seen : {&images[k].tracks, &images[k].tracks1}) {
+      const auto is_out = [&](const TrackedPoint& point) { return out[k].count(point.id) > 0; };
+      seen->erase(std::remove_if(seen->begin(), seen->end(), is_out), seen->end());
     }
   }
-  return {{"ids_reused", static_cast<double>(begins.size()), static_cast<double>(tracks.size()), words, "", t}};
+  return warnings;
 }
 
 RecordingWarnings CheckReadings(const std::string& path, std::vector<int> lines, bool strict, Recording* recording) {

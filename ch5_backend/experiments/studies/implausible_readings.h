@@ -22,9 +22,9 @@ RecordingWarnings CheckReadings(const std::string& path, std::vector<int> lines,
 /// @throws std::invalid_argument if so
 RecordingWarnings CheckImages(bool strict, Recording* recording);
 
-/// Gives a track a new id from where it goes on with another point, and names how many, if they are not few: a tracker that uses
-/// ids again, or a false match. A single false match, from which the track comes back, stays.
+/// Leaves out points that lie apart from their track for an image or two, false matches, and gives a track a new id from where it
+/// goes on with another point, as of a tracker that uses ids again. Names either if they are not few; few stay.
 /// @throws std::invalid_argument with `strict`, instead
-RecordingWarnings SplitReusedIds(bool strict, Recording* recording);
+RecordingWarnings CheckTracks(bool strict, Recording* recording);
 
 }  // namespace ch5

@@ -146,7 +146,9 @@ void CorrectStamps(const std::vector<OdometryRun>& runs, Recording* recording, R
     if (k > 0 && images[k].t <= images[k - 1].t) return;  // stamps so wrong that two are nearest to one time
   }
   recording->images = std::move(images);
-  const double ms = 1e3 * SigmaOf(late_for_even);
+  double squares = 0.0;
+  for (const double seconds : late_for_even) squares += seconds * seconds;
+  const double ms = 1e3 * std::sqrt(squares / static_cast<double>(late_for_even.size()));
   warnings->push_back({"stamps_even", ms, 1e3 * found,
                        Join("the images' stamps jitter by ", ms,
                             " ms (σ) about even intervals, and what is seen does not (corrected)")});
