@@ -14,7 +14,7 @@ from tests.folder import FolderTest
 from ch5_backend.course.grading import job
 from ch5_backend.course.grading.sandbox import Limits, Outcome, Unguarded
 from ch5_backend.course.grading.toolchain import Clock, Infrastructure, Toolchain
-from ch5_backend.course.grading.watch import Watch, processes_of
+from ch5_backend.course.grading.watch import Watch, memory_of, processes_of, status_of
 from ch5_backend.course.homework.diagnosis import Verdict, cause_of
 
 SECONDS = 3.0
@@ -42,6 +42,13 @@ class Watched(FolderTest):
             self.assertGreater(self.own(code), 0.8, code)
         for code in (SLEEP, LOOP):
             self.assertLess(self.own(code, stopped=True), 0.6, code)  # a first look counts all that was spent before
+
+    def test_what_has_ended_since_has_no_memory(self):
+        with subprocess.Popen(["sleep", "60"]) as process:
+            inside = {process.pid: status_of(process.pid)}
+            self.assertGreater(memory_of(inside, 0), 0)
+            process.kill()
+        self.assertEqual(memory_of(inside, 0), 0)
 
     def test_the_walls_clock_blames_only_who_had_the_time(self):
         def outcome(stop: bool) -> Outcome:

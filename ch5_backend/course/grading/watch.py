@@ -149,9 +149,10 @@ def is_inside(status: dict) -> bool:
 
 
 def memory_of(inside: dict, most: int) -> int:
-    """Bytes of these processes together; what they share counts once, where it would be too much otherwise."""
+    """Bytes of these processes together; what they share counts once, where it would be too much otherwise. That is looked at
+    twice: of those that end meanwhile the others take over the share."""
     total = sum(kilobytes(status, "VmRSS", "VmSwap") for status in inside.values()) << 10
-    return total if total <= most else sum(shares_of(pid, status) for pid, status in inside.items()) << 10
+    return total if total <= most else min(sum(shares_of(pid, status) for pid, status in inside.items()) for _ in range(2)) << 10
 
 
 def kilobytes(table: dict, *names) -> int:
@@ -161,6 +162,8 @@ def kilobytes(table: dict, *names) -> int:
 def shares_of(pid: int, status: dict) -> int:
     try:
         lines = Path(f"/proc/{pid}/smaps_rollup").read_text(encoding="latin-1").splitlines()[1:]
+    except (FileNotFoundError, ProcessLookupError):  # it has ended
+        return 0
     except OSError:
         return kilobytes(status, "VmRSS", "VmSwap")
     return kilobytes(dict(line.split(":", 1) for line in lines), "Pss", "SwapPss")
