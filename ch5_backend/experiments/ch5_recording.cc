@@ -137,7 +137,7 @@ ch5::RecordingWarnings CompareWithImages(const ch5::RecordingWarnings& readings,
                                          ch5::OdometrySettings* settings) {
   if (Has(readings, "gyroscope_dead")) return {};
   ch5::RecordingWarnings warnings = ch5::CheckMeasurements(settings, recording, !Has(readings, "gyroscope_rail"));
-  if (settings->corrects_focal_length) ch5::CorrectFocalLength(settings->estimator.time_offset, &warnings, recording);
+  ch5::CorrectTurnGain(settings->corrects_focal_length, settings->estimator.time_offset, &warnings, recording);
   const ch5::RecordingWarnings clock = ch5::CheckClock(*recording, settings);
   warnings.insert(warnings.end(), clock.begin(), clock.end());
   return warnings;
@@ -177,7 +177,9 @@ void Run(const Command& command) {
   const auto is_named = [&](const char* name) { return Has(warnings, name); };
   constexpr const char* kCauses[] = {"turns", "lens", "gyroscope_rail", "accelerometer_rail"};
   const bool is_explained = std::any_of(std::begin(kCauses), std::end(kCauses), is_named);
-  const bool may_be_faulty = !is_explained && !is_named("gravity") && !is_named("imu_rate");
+  // Each of these looks like a fault of the accelerometer.
+  constexpr const char* kAlike[] = {"gravity", "imu_rate", "turns_focal", "gyroscope_corrected", "turns_rotation"};
+  const bool may_be_faulty = !is_explained && std::none_of(std::begin(kAlike), std::end(kAlike), is_named);
   for (int round = 0; round < 2 && may_be_faulty; ++round) {
     const auto faults = ch5::CorrectFaults(study, settings, &recording);
     if (faults.empty()) break;

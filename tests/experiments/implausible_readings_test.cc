@@ -199,10 +199,12 @@ TEST(ImplausibleReadings, ImagesThatTurnFartherThanTheGyroscopeTellWhy) {
       ASSERT_EQ(Names(warnings), name) << times;
       EXPECT_NEAR(warnings[0].value, times, 0.05);
       const double f = recording.calibration.fx, x = recording.images[0].tracks[0].x.x();
-      CorrectFocalLength(0.0, &warnings, &recording);
-      const bool is_corrected = name == "turns_focal";
-      EXPECT_EQ(Names(warnings), is_corrected ? "focal_corrected" : name);
-      EXPECT_NEAR(recording.calibration.fx, is_corrected ? times * f : f, 0.015 * f);
+      const double turn = recording.imu[100].gyroscope.norm(), whole = Healthy().imu[100].gyroscope.norm();
+      CorrectTurnGain(true, 0.0, &warnings, &recording);
+      const bool is_focal = name == "turns_focal";
+      EXPECT_EQ(Names(warnings), is_focal ? "focal_corrected" : "gyroscope_corrected");
+      EXPECT_NEAR(recording.calibration.fx, is_focal ? times * f : f, 0.015 * f);
+      EXPECT_NEAR(recording.imu[100].gyroscope.norm(), is_focal ? turn : whole, 0.015 * whole);
       EXPECT_NEAR(recording.images[0].tracks[0].x.x() * recording.calibration.fx, x * f, 1e-9) << "the same pixel";
     }
   }

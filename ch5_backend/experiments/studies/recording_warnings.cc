@@ -295,30 +295,39 @@ struct Starts {
 
 }  // namespace
 
-void CorrectFocalLength(double delay, RecordingWarnings* warnings, Recording* recording) {
-  const auto found = std::find_if(warnings->begin(), warnings->end(),
-                                  [](const RecordingWarning& warning) { return warning.name == "turns_focal"; });
+void CorrectTurnGain(bool corrects_focal_length, double delay, RecordingWarnings* warnings, Recording* recording) {
+  const auto found = std::find_if(warnings->begin(), warnings->end(), [](const RecordingWarning& warning) {
+    return warning.name == "turns_focal" || warning.name == "turns_gyroscope";
+  });
   Calibration& c = recording->calibration;
-  if (found == warnings->end() || c.camera1) return;
-  const double before = c.fx;
-  const auto scale_rays = [&](double factor) {
-    c.fx /= factor, c.fy /= factor;
-    for (Image& image : recording->images)
-      for (TrackedPoint& track : image.tracks) track.x *= factor;
+  if (found == warnings->end()) return;
+  const bool is_focal = found->name == "turns_focal";
+  if (is_focal && (c.camera1 || !corrects_focal_length)) return;
+  double times = 1.0;
+  const auto correct = [&](double factor) {
+    times *= factor;
+    if (is_focal) {
+      c.fx *= factor, c.fy *= factor;
+      for (Image& image : recording->images)
+        for (TrackedPoint& track : image.tracks) track.x /= factor;
+    } else {
+      for (ImuMeasurement& m : recording->imu) m.gyroscope *= factor;
+    }
   };
-  scale_rays(1.0 / found->value);
+  correct(found->value);
   // Each estimate errs by about a tenth of what it finds.
-  std::optional<Disagreement> left;
+  std::optional<Cause> left;
   for (int round = 0; round < 2; ++round) {
-    left = FindDisagreement(*recording, delay);
-    if (left) scale_rays(1.0 + left->focal.value);
+    const auto now = FindDisagreement(*recording, delay);
+    left = now ? std::optional(is_focal ? now->focal : now->gyroscope) : std::nullopt;
+    if (left) correct(is_focal ? 1.0 / (1.0 + left->value) : 1.0 + left->value);
   }
   // Where nothing is left to correct, the last estimate has no σ: it is told by what the correction gains.
-  const double times = c.fx / before;
-  const double sigma = std::max(0.01 * times, left ? std::min(left->focal.sigma, found->other) : found->other);
-  *found = {"focal_corrected", times, sigma,
-            Join("the images turn ", times, " ± ", sigma,
-                 " times as far as the gyroscope: the focal length is taken for so many times as long (corrected)")};
+  const double sigma = std::max(0.01 * times, left ? std::min(left->sigma, found->other) : found->other);
+  *found = {is_focal ? "focal_corrected" : "gyroscope_corrected", times, sigma,
+            Join("the images turn ", times, " ± ", sigma, " times as far as the gyroscope: ",
+                 is_focal ? "the focal length is taken for so many times as long" : "its rates are taken so many times",
+                 " (corrected)")};
 }
 
 RecordingWarnings CheckClock(const Recording& recording, OdometrySettings* settings) {

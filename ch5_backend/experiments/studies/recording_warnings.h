@@ -24,9 +24,10 @@ std::string Join(const Words&... words) {
 /// in a gyroscope that was at its limit, whose readings are wrong where it was.
 RecordingWarnings CheckMeasurements(OdometrySettings* settings, Recording* recording, bool seeks_cause = true);
 
-/// Where CheckMeasurements has found the focal length wrong, corrects it and all rays of one camera, and says so.
+/// Where CheckMeasurements has found the gyroscope's scale factor wrong, or the focal length of a single camera, corrects it and
+/// says so.
 /// @param delay  of the camera's clock, as far as it is known [s]
-void CorrectFocalLength(double delay, RecordingWarnings* warnings, Recording* recording);
+void CorrectTurnGain(bool corrects_focal_length, double delay, RecordingWarnings* warnings, Recording* recording);
 
 /// After CheckMeasurements: sets the delay of the camera's clock where the recording decides it (see clock_check.h), and says so.
 RecordingWarnings CheckClock(const Recording& recording, OdometrySettings* settings);
