@@ -137,7 +137,7 @@ ch5::RecordingWarnings CompareWithImages(const ch5::RecordingWarnings& readings,
                                          ch5::OdometrySettings* settings) {
   if (Has(readings, "gyroscope_dead")) return {};
   ch5::RecordingWarnings warnings = ch5::CheckMeasurements(settings, recording, !Has(readings, "gyroscope_rail"));
-  ch5::CorrectTurnGain(settings->corrects_focal_length, settings->estimator.time_offset, &warnings, recording);
+  ch5::CorrectTurnGain(*settings, &warnings, recording);
   const ch5::RecordingWarnings clock = ch5::CheckClock(*recording, settings);
   warnings.insert(warnings.end(), clock.begin(), clock.end());
   return warnings;

@@ -19,4 +19,7 @@ inline double Quantile(std::vector<double> values, double share) {
 /// @param values  at least one; of an even number the upper of the two in the middle counts
 inline double Median(std::vector<double> values) { return Quantile(std::move(values), 0.5); }
 
+/// The median of |x|, x ~ N(0, 1): of such values σ is told by theirs, divided by it.
+constexpr double kMedianOfNormal = 0.6745;
+
 }  // namespace ch5

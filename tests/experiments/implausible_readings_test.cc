@@ -200,7 +200,7 @@ TEST(ImplausibleReadings, ImagesThatTurnFartherThanTheGyroscopeTellWhy) {
       EXPECT_NEAR(warnings[0].value, times, 0.05);
       const double f = recording.calibration.fx, x = recording.images[0].tracks[0].x.x();
       const double turn = recording.imu[100].gyroscope.norm(), whole = Healthy().imu[100].gyroscope.norm();
-      CorrectTurnGain(true, 0.0, &warnings, &recording);
+      CorrectTurnGain(settings, &warnings, &recording);
       const bool is_focal = name == "turns_focal";
       EXPECT_EQ(Names(warnings), is_focal ? "focal_corrected" : "gyroscope_corrected");
       EXPECT_NEAR(recording.calibration.fx, is_focal ? times * f : f, 0.015 * f);

@@ -262,8 +262,7 @@ OdometryStudy RunOdometryStudy(Recording recording, const std::function<void(con
       ++spectra;
     };
     study.runs.push_back(RunOdometry(study.recording, options, std::move(policy), watch));
-    constexpr double kMedian = 0.6745;  // of |x|, x ~ N(0, 1)
-    if (!pixels.empty()) study.runs.back().pixels_off = Median(std::move(pixels)) / kMedian;
+    if (!pixels.empty()) study.runs.back().pixels_off = Median(std::move(pixels)) / kMedianOfNormal;
     study.runs.back().nees_motion = nees.Mean();
     study.runs.back().nees_windows = static_cast<int>(nees.motions.size());
     AppendConsistency(name, nees, &study.consistency);

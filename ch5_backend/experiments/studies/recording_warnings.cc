@@ -295,14 +295,14 @@ struct Starts {
 
 }  // namespace
 
-void CorrectTurnGain(bool corrects_focal_length, double delay, RecordingWarnings* warnings, Recording* recording) {
+void CorrectTurnGain(const OdometrySettings& settings, RecordingWarnings* warnings, Recording* recording) {
   const auto found = std::find_if(warnings->begin(), warnings->end(), [](const RecordingWarning& warning) {
     return warning.name == "turns_focal" || warning.name == "turns_gyroscope";
   });
   Calibration& c = recording->calibration;
   if (found == warnings->end()) return;
   const bool is_focal = found->name == "turns_focal";
-  if (is_focal && (c.camera1 || !corrects_focal_length)) return;
+  if (is_focal && (c.camera1 || !settings.corrects_focal_length)) return;
   double times = 1.0;
   const auto correct = [&](double factor) {
     times *= factor;
@@ -318,7 +318,7 @@ void CorrectTurnGain(bool corrects_focal_length, double delay, RecordingWarnings
   // Each estimate errs by about a tenth of what it finds.
   std::optional<Cause> left;
   for (int round = 0; round < 2; ++round) {
-    const auto now = FindDisagreement(*recording, delay);
+    const auto now = FindDisagreement(*recording, settings.estimator.time_offset);
     left = now ? std::optional(is_focal ? now->focal : now->gyroscope) : std::nullopt;
     if (left) correct(is_focal ? 1.0 / (1.0 + left->value) : 1.0 + left->value);
   }

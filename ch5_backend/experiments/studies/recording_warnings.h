@@ -25,9 +25,8 @@ std::string Join(const Words&... words) {
 RecordingWarnings CheckMeasurements(OdometrySettings* settings, Recording* recording, bool seeks_cause = true);
 
 /// Where CheckMeasurements has found the gyroscope's scale factor wrong, or the focal length of a single camera, corrects it and
-/// says so.
-/// @param delay  of the camera's clock, as far as it is known [s]
-void CorrectTurnGain(bool corrects_focal_length, double delay, RecordingWarnings* warnings, Recording* recording);
+/// says so; the latter if the settings allow it. They also tell the delay of the camera's clock, as far as it is known.
+void CorrectTurnGain(const OdometrySettings& settings, RecordingWarnings* warnings, Recording* recording);
 
 /// After CheckMeasurements: sets the delay of the camera's clock where the recording decides it (see clock_check.h), and says so.
 RecordingWarnings CheckClock(const Recording& recording, OdometrySettings* settings);

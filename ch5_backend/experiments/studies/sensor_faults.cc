@@ -117,10 +117,9 @@ std::vector<double> LateForEven(const std::vector<Image>& images) {
 
 // Of values among which a few are wild.
 double SigmaOf(std::vector<double> values) {
-  constexpr double kMedian = 0.6745;  // of |x|, x ~ N(0, 1)
   const double middle = Median(values);
   for (double& value : values) value = std::abs(value - middle);
-  return Median(std::move(values)) / kMedian;
+  return Median(std::move(values)) / kMedianOfNormal;
 }
 
 void CorrectStamps(const std::vector<OdometryRun>& runs, Recording* recording, RecordingWarnings* warnings) {
