@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "ch5_backend/experiments/studies/command_line.h"
+#include "ch5_backend/experiments/studies/implausible_images.h"
 #include "ch5_backend/experiments/studies/implausible_readings.h"
 #include "ch5_backend/experiments/studies/noise_check.h"
 #include "ch5_backend/experiments/studies/odometry_study.h"

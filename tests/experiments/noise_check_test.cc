@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "ch5_backend/simulate/random.h"
+#include "tests/experiments/warning_names.h"
 #include "tests/window/simulations.h"
 
 namespace ch5 {
@@ -16,12 +17,6 @@ Recording Noisy(double pixels, double imu = 1.0, double outliers = 0.0, double r
   options.simulation.imu.noise_scale = imu;
   options.simulation.calibration.imu_rate = rate;
   return SimulateRoom(options);
-}
-
-std::string Names(const RecordingWarnings& warnings) {
-  std::string names;
-  for (const RecordingWarning& warning : warnings) names += (names.empty() ? "" : " ") + warning.name;
-  return names;
 }
 
 TEST(NoiseCheck, NoiseOfTracksIsMeasured) {

@@ -1,5 +1,5 @@
 #pragma once
-/// Readings of an IMU that its sensors cannot have felt, and images that a camera cannot have seen.
+/// Readings of an IMU that its sensors cannot have felt.
 
 #include <string>
 #include <vector>
@@ -15,16 +15,5 @@ namespace ch5 {
 /// @param strict  what would be left out is refused
 /// @throws FileError if so
 RecordingWarnings CheckReadings(const std::string& path, std::vector<int> lines, bool strict, Recording* recording);
-
-/// Leaves out images that repeat the one before under a new stamp, as a camera that stalls sends them: no track moves, and then
-/// all do at once. Says so.
-/// @param strict  refuses them
-/// @throws std::invalid_argument if so
-RecordingWarnings CheckImages(bool strict, Recording* recording);
-
-/// Leaves out points that lie apart from their track for an image or two, false matches, and gives a track a new id from where it
-/// goes on with another point, as of a tracker that uses ids again. Names either if they are not few; few stay.
-/// @throws std::invalid_argument with `strict`, instead
-RecordingWarnings CheckTracks(bool strict, Recording* recording);
 
 }  // namespace ch5
