@@ -2,7 +2,10 @@
 
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <ctime>
 #include <fstream>
 #include <limits>
 #include <optional>
@@ -27,6 +30,31 @@ Recording Simulate(const EnduranceOptions& options) {
   simulation.camera.max_tracks = 30;
   return SimulateInRoom(path, 600, simulation, options.seed);
 }
+
+// How many images took how much of the processor's time, in steps of 1 %: what it holds does not grow with the flight.
+class Times {
+ public:
+  void Add(double seconds) {
+    const double step = std::log(seconds / kLeast) / std::log1p(kStep);
+    ++counts_[static_cast<size_t>(std::clamp(step, 0.0, static_cast<double>(kSteps - 1)))];
+    ++count_;
+    most_ = std::max(most_, seconds);
+  }
+  /// That in which this share of the images was done [ms].
+  double Milliseconds(double share) const {
+    int64_t left = static_cast<int64_t>(std::ceil(share * static_cast<double>(count_)));
+    size_t step = 0;
+    while (step + 1 < kSteps && (left -= counts_[step]) > 0) ++step;
+    return 1e3 * std::min(most_, kLeast * std::pow(1.0 + kStep, static_cast<double>(step + 1)));
+  }
+
+ private:
+  static constexpr double kLeast = 1e-6, kStep = 0.01;
+  static constexpr size_t kSteps = 2000;  // up to 440 s
+  std::array<int64_t, kSteps> counts_ = {};
+  int64_t count_ = 0;
+  double most_ = 0.0;
+};
 
 // Linux: the second number of statm counts resident pages.
 double ResidentMegabytes() {
@@ -54,9 +82,12 @@ void RunPolicy(const Recording& recording, const EnduranceOptions& options, std:
   std::optional<Vec3> last;  // of the true positions
   int frame = 0;
   double distance = 0.0, seconds = 0.0;
-  FeedRecording(recording, &estimator, [&](const Estimator&, const ImageResult& row) {
+  Times times;
+  std::clock_t begin = std::clock();
+  const auto look = [&](const ImageResult& row) {
     ++frame;
     seconds += row.seconds;
+    times.Add(static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
     const StampedState truth = *StateAt(recording.truth, row.t);
     if (last) distance += (truth.T_W_B.p - *last).norm();
     last = truth.T_W_B.p;
@@ -72,9 +103,14 @@ void RunPolicy(const Recording& recording, const EnduranceOptions& options, std:
     const double error = row.report.state && to_truth ? (*to_truth * row.report.state->T_W_B.p - truth.T_W_B.p).norm()
                                                       : std::numeric_limits<double>::quiet_NaN();
     rows->push_back({name, frame, row.t, distance, error, ResidentMegabytes(), 1e3 * seconds / options.sample_every,
-                     estimator.Restarts()});
+                     times.Milliseconds(0.5), times.Milliseconds(0.99), times.Milliseconds(0.999),
+                     times.Milliseconds(1.0), estimator.Restarts()});
     seconds = 0.0;
     if (progress) progress(static_cast<double>(frame) / static_cast<double>(recording.images.size()));
+  };
+  FeedRecording(recording, &estimator, [&](const Estimator&, const ImageResult& row) {
+    look(row);
+    begin = std::clock();  // the looking is not the estimator's
   });
 }
 
@@ -97,9 +133,10 @@ std::vector<EnduranceRow> RunEnduranceStudy(const EnduranceOptions& options,
 }
 
 CsvTable EnduranceTable(const std::vector<EnduranceRow>& rows) {
-  CsvTable table("policy,frame,t_s,distance_m,error_m,resident_mb,milliseconds,restarts");
+  CsvTable table("policy,frame,t_s,distance_m,error_m,resident_mb,milliseconds,p50_ms,p99_ms,p999_ms,max_ms,restarts");
   for (const EnduranceRow& row : rows) {
-    table.Row(row.policy, row.frame, row.t, row.distance, row.error, row.resident_mb, row.milliseconds, row.restarts);
+    table.Row(row.policy, row.frame, row.t, row.distance, row.error, row.resident_mb, row.milliseconds, row.p50,
+              row.p99, row.p999, row.max, row.restarts);
   }
   return table;
 }

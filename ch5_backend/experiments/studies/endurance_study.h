@@ -24,8 +24,9 @@ struct EnduranceRow {
   double distance = 0.0;  ///< length of the path so far [m]
   double error =
       0.0;  ///< of the position, aligned with the truth over the first minute; NaN before, and without an estimate [m]
-  double resident_mb = 0.0;   ///< memory of the process; NaN where unknown
-  double milliseconds = 0.0;  ///< per image, mean since the previous row
+  double resident_mb = 0.0;                            ///< memory of the process; NaN where unknown
+  double milliseconds = 0.0;                           ///< per image, mean since the previous row
+  double p50 = 0.0, p99 = 0.0, p999 = 0.0, max = 0.0;  ///< of all images so far, on the processor, to 1 % [ms]
   int restarts = 0;
 };
 
