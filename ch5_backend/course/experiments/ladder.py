@@ -62,7 +62,7 @@ def measured() -> dict:
     times = {name: [] for name in SOLVERS}
     ceres = Case(PROBLEM, SOURCE, 1) if (BIN / "measure_ceres").exists() else None
     if ceres is None:
-        warn(sentence("ladder.no_ceres"))
+        warn(Progress.say("ladder.no_ceres"))
     with Progress("ladder") as progress:
         for turn in range(ROUNDS):
             for name, (program, solver) in SOLVERS.items():

@@ -112,7 +112,7 @@ def due_of(makers: list, out: Path, rerun=False) -> list:
     """Those of the makers that are to run, with their programs built; says which tables are missing."""
     due = [one for one in makers if rerun or one.lacks_tables(out) or trials_folder(one, out).exists()]
     if missing := [one.name for one in due if one.lacks_tables(out) and not rerun]:
-        warn(f"tables are missing in {out}, and are made first: {', '.join(missing)}")
+        warn(Progress.say("refute.tables_missing", out=str(out), names=", ".join(missing)))
     programs = {Path(one.command(one.made_by, out)[0]) for one in due}
     if targets := sorted(path.name for path in programs if path.parent == BIN):
         build_or_fail(targets)
