@@ -33,7 +33,7 @@ void CheckCall(const Solved& got, const Ordering& ordering, const System& system
   const VecX& delta_x = got.delta_x;
   const auto with = [&](const char* quantity) { return right::With(Word(quantity), scene, lambda, damping); };
   const Names names = RowNames(ordering);
-  const right::SchurSolve right(system, ordering, lambda, damping);
+  const right::SchurSolve right(system, ordering, lambda, damping, got.b_S);
   // Solving the whole system without a Schur complement is right too: then there is none to compare.
   const bool reduced = got.S.size() > 0 && !ordering.landmarks.empty();
   if (reduced) {

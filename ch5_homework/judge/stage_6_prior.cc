@@ -104,9 +104,14 @@ void CheckFactor(const MatXX& A, const VecX& b, const Text& what) {
   if (!r0.allFinite() && !HoldsUnset(r0)) {
     Fail({of("r₀"), "matrix.finite_numbers", "6.infinite_ones", "6.divided_by_zero_eigenvalue", "6e"});
   }
-  RequireOf(A, {must_be("Jᵀr₀", "b_r"), "6e", "linearized_residuals_", {}, 1e-8}, right.Jtr0, J.transpose() * r0);
-  if (std::abs(r0.squaredNorm() - right.cost) > 1e-8 * right.cost) {
-    Fail({of("r₀ᵀr₀"), Word(right.cost), Word(r0.squaredNorm()), "6.eigenvalues_up_kEps_count_r0", "6e"});
+  const MatXX of_another_root = J.rows() == right.r0.size() ? MatXX(J.transpose() * right.r0) : MatXX();
+  RequireOf(
+      A,
+      {must_be("Jᵀr₀", "b_r"), "6e", "linearized_residuals_", {}, 1e-8, {{"6e", "6.J_another_root", of_another_root}}},
+      right.Jtr0, J.transpose() * r0);
+  const double cost = right.r0.squaredNorm();
+  if (std::abs(r0.squaredNorm() - cost) > 1e-8 * cost) {
+    Fail({of("r₀ᵀr₀"), Word(cost), Word(r0.squaredNorm()), "6.eigenvalues_up_kEps_count_r0", "6e"});
   }
 }
 

@@ -98,8 +98,10 @@ Text CauseOf(const Pattern& got, const Groups& groups, int poses) {
   for (const auto& [i, j] : got) {
     if (H_pp.count({i, j}) == 0) differences.insert(i - j);
   }
-  wrong.push_back({{"7.only_differences_tied", {{"n", Word(Join({differences.begin(), differences.end()}))}}},
-                   PairsOf(groups.of_landmarks, [&](int i, int j) { return differences.count(i - j) > 0; })});
+  if (differences.size() < 3) {  // more are not what was meant
+    wrong.push_back({{"7.only_differences_tied", {{"n", Word(Join({differences.begin(), differences.end()}))}}},
+                     PairsOf(groups.of_landmarks, [&](int i, int j) { return differences.count(i - j) > 0; })});
+  }
   for (auto one = groups.of_landmarks.begin() + 1; one < groups.of_landmarks.end();
        ++one) {  // where a loop may begin or end
     wrong.push_back({"7.landmarks_left_out", PairsOf({groups.of_landmarks.begin(), one}, IsLower)});
@@ -109,8 +111,11 @@ Text CauseOf(const Pattern& got, const Groups& groups, int poses) {
     pattern.insert(H_pp.begin(), H_pp.end());
     if (got == pattern) return cause;
   }
-  const bool above = std::any_of(got.begin(), got.end(), [](const auto& block) { return block.first < block.second; });
-  return above ? "7.block_above_diagonal_stored" : "7.none_typical";
+  const auto is_any = [&](const auto& is) { return std::any_of(got.begin(), got.end(), is); };
+  if (is_any([](const auto& block) { return block.first < block.second; })) return "7.block_above_diagonal_stored";
+  const Pattern tied = PairsOf(groups.of_landmarks, IsLower);
+  const bool untied = is_any([&](const auto& block) { return tied.count(block) + H_pp.count(block) == 0; });
+  return untied ? "7.untied_poses" : "7.none_typical";
 }
 
 void CheckPattern(Scene* scene, const Text& words) {

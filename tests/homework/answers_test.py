@@ -14,15 +14,16 @@ from ch5_backend.course.homework.samples import Sample, read_mistakes, read_samp
 
 CHECK, SIGN, HALF = sentence("scene.H_of", what="a"), sentence("matrix.sign"), sentence("matrix.factor", k="0.5")
 FINGERPRINT = [2, 3, 0.5, -4.0]
+SEEN = sentence("matrix.nearly", difference="1e-5")  # by the judge alone
 ELSEWHERE = {"id": "formula.starts_at", "i": "0"}
 
 
 def row(name: str, cause: dict, fingerprint=FINGERPRINT, todo: str = "1.1a") -> answers.Row:
-    return answers.Row(name, "code", todo, cause, "1.1", CHECK, fingerprint)
+    return answers.Row(name, "code", todo, cause, SEEN, "1.1", CHECK, fingerprint)
 
 
 def diagnosis(fingerprint=FINGERPRINT, **more) -> dict:
-    return {"stage": "1.1", "check": CHECK, "cause": "what the judge sees", "todo": "1.1b", "fingerprint": fingerprint, **more}
+    return {"stage": "1.1", "check": CHECK, "cause": SEEN, "todo": "1.1b", "fingerprint": fingerprint, **more}
 
 
 def with_table(*rows):
@@ -39,7 +40,7 @@ class Names(unittest.TestCase):
         for other in ([2, 3, 0.5, -4.001], [3, 2, 0.5, -4.0], [2, 3, -0.5, 4.0]):
             with with_table(row("sign", SIGN)):
                 self.assertEqual(answers.named(given := diagnosis(other), given), given)
-        for other in ({"check": sentence("scene.b_of", what="a")}, {"stage": "7"}):
+        for other in ({"check": sentence("scene.b_of", what="a")}, {"stage": "7"}, {"cause": HALF}):
             with with_table(row("sign", SIGN)):
                 self.assertEqual(answers.named(given := diagnosis(**other), given), given)
 
@@ -85,7 +86,7 @@ class Seeds(unittest.TestCase):
         told = self.judged(of_seed, Verdict("wrong", diagnosis(), tests=tests))
         self.assertEqual((told.diagnosis["cause"], told.diagnosis["expected"]), (SIGN, "of the seed"))
         elsewhere = self.judged(of_seed, Verdict("wrong", diagnosis(), tests=({"name": "B", "failures": ["…"]},)))
-        self.assertEqual(elsewhere.diagnosis["cause"], "what the judge sees")
+        self.assertEqual(elsewhere.diagnosis["cause"], SEEN)
 
     def test_it_never_changes_a_verdict(self):
         for own in (Verdict("right"), Verdict("crashes")):

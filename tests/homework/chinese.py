@@ -5,7 +5,7 @@ import re
 from ch5_backend.course.base.language import speaker
 
 CHINESE = speaker("zh")
-QUOTED = re.compile(r"`[^`]*`|“[^”]*”")
+QUOTED = re.compile(r"`[^`]*`|“[^”]*”|dt dt")
 SENTENCE = re.compile(r"(?<![\w./])[A-Z]?[a-z']+[,;:]? [a-z']{2,}(?![\w(./])")  # two plain words, which is no code
 
 

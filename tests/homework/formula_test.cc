@@ -73,6 +73,11 @@ TEST(Formula, NamesOneSlip) {
             R"~(1a {"id": "formula.from_another_source", "block": "A", "other": "M before", "matrix": "M"})~");
   EXPECT_EQ(s.Named(inverse * (s.c() - 3.0 * s.C * s.x)),
             R"~( {"id": "formula.term_times", "term": "A⁻¹ C x", "k": "3"})~");
+  EXPECT_EQ(s.Named(inverse * (s.c() - s.C * s.x.normalized())), R"~( {"id": "formula.normalized", "matrix": "x"})~");
+  EXPECT_EQ(s.Named(inverse * (s.c() - s.C.cast<float>().cast<double>() * s.x)),
+            R"~( {"id": "formula.cast_to_float", "matrix": "C"})~");
+  EXPECT_EQ(s.Named(inverse * rest + s.c()),
+            R"~( {"id": "formula.term_too_many", "this": "c", "that": "A⁻¹ (c − C x)"})~");
 }
 
 TEST(Formula, LooksForAnAskedCauseAlone) {

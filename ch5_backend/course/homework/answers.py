@@ -1,6 +1,7 @@
 """Names a wrong answer by what is known of answers: ch5_homework/mistakes/answers.csv has what each mistake there gives.
 
-An answer is known by its check and its fingerprint (ch5_homework/judge/fingerprint.h), with the judge's usual random numbers.
+An answer is known by its check, its fingerprint (ch5_homework/judge/fingerprint.h) and what the judge itself says of it, if
+it is sure: it compares more digits. All are those of the judge's usual random numbers.
 Its name is the cause that is shown instead of the judge's own diagnosis, and the TODO that has the mistake.
 """
 
@@ -10,14 +11,13 @@ import json
 from functools import lru_cache
 from typing import NamedTuple
 
-from .diagnosis import cause_of
+from .diagnosis import ONE_OF_MANY, SYMPTOMS, cause_of
 from .regions import ROOT
 
 TABLE = ROOT / "ch5_homework" / "mistakes" / "answers.csv"
 NEAR = 1e-5      # of a fingerprint's largest number: two compilers differ by less, two mistakes by more
-KEPT = ("formula.kept_from_the_first", "matrix.of_an_earlier_call")
 SIZES, DIGITS = 2, 8  # the first numbers of a fingerprint are rows and columns; digits of the others in the table
-ANSWER = ("stage", "check", "expected", "got", "places", "fingerprint")  # of a diagnosis, what is about the answer
+ANSWER = ("stage", "check", "expected", "got", "places", "fingerprint", "cause")  # of a diagnosis, what is about the answer
 
 
 class Row(NamedTuple):
@@ -25,6 +25,7 @@ class Row(NamedTuple):
     code: str          # a hash of the submission that has given this answer
     todo: str          # "1.2b", or "1.2d 1.2b" of both depths; "" if it is no particular one
     cause: dict
+    judged: dict       # the judge's own cause, as sure_of has it
     stage: str
     check: object      # as said, see base/language
     fingerprint: list  # empty if the answer is not finite
@@ -36,15 +37,15 @@ def read_table() -> list:
     if not TABLE.exists():
         return []
     with open(TABLE, newline="", encoding="utf-8") as file:
-        return [Row(row["mistake"], row["code"], row["todo"], json.loads(row["cause"]), row["stage"], json.loads(row["check"]),
-                    list(map(float, row["fingerprint"].split()))) for row in csv.DictReader(file)]
+        return [Row(row["mistake"], row["code"], row["todo"], json.loads(row["cause"]), json.loads(row["judged"]), row["stage"],
+                    json.loads(row["check"]), list(map(float, row["fingerprint"].split()))) for row in csv.DictReader(file)]
 
 
 def write_table(rows: list) -> None:
     with open(TABLE, "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(Row._fields)
-        writer.writerows([one.mistake, one.code, one.todo, as_text(one.cause), one.stage, as_text(one.check),
+        writer.writerows([one.mistake, one.code, one.todo, as_text(one.cause), as_text(one.judged), one.stage, as_text(one.check),
                           " ".join(f"{number:.{DIGITS}g}" for number in one.fingerprint)] for one in rows)
 
 
@@ -54,9 +55,14 @@ def as_text(data) -> str:
 
 def row_of(mistake, diagnosis: dict) -> Row:
     """The row of a mistake of samples.py whose answer has this diagnosis."""
-    judged, answer = diagnosis.get("judged", diagnosis).get("todo", ""), answer_of(diagnosis)
-    return Row(mistake.name, hash_of(mistake.code), todo_of(mistake, judged), mistake.cause, answer["stage"], answer["check"],
-               answer.get("fingerprint", []))
+    judged, answer = diagnosis.get("judged", diagnosis), answer_of(diagnosis)
+    return Row(mistake.name, hash_of(mistake.code), todo_of(mistake, judged.get("todo", "")), mistake.cause, sure_of(judged),
+               answer["stage"], answer["check"], answer.get("fingerprint", []))
+
+
+def sure_of(diagnosis: dict) -> dict:
+    """The judge's own cause; {} where it has none, or one that may fit by coincidence."""
+    return {} if cause_of(diagnosis) in ("", *SYMPTOMS, *ONE_OF_MANY) else diagnosis["cause"]
 
 
 def todo_of(mistake, judged: str) -> str:
@@ -96,7 +102,7 @@ def by_check(rows: list) -> dict:
 def ambiguous(rows: list) -> list:
     """Pairs of mistakes with one answer and two causes: neither is named for such an answer."""
     return [(one.mistake, other.mistake) for alike in by_check(rows).values() for k, one in enumerate(alike) for other in alike[:k]
-            if one.cause != other.cause and near(one.fingerprint, other.fingerprint)]
+            if one.cause != other.cause and one.judged == other.judged and near(one.fingerprint, other.fingerprint)]
 
 
 # ---- Naming ---------------------------------------------------------------------------------------------------------
@@ -114,7 +120,8 @@ def same(one: dict, other: dict) -> bool:
 def name_of(answer: dict) -> dict:
     """{"cause", "todo"} of the mistake that gives this answer; {} if none does, or two that have different causes."""
     rows = known().get((answer["stage"], as_text(answer["check"])), [])
-    rows = [row for row in rows if near(answer["fingerprint"], row.fingerprint)]
+    sure = sure_of(answer)
+    rows = [row for row in rows if near(answer["fingerprint"], row.fingerprint) and (not sure or row.judged == sure)]
     if not rows or any(row.cause != rows[0].cause for row in rows):
         return {}
     todos = {row.todo for row in rows}
@@ -128,8 +135,6 @@ def named(diagnosis: dict, usual: dict) -> dict:
         return diagnosis
     answer = {} if usual is diagnosis else {"usual": {key: usual[key] for key in ANSWER if key in usual}}
     name = name_of(usual)
-    if cause_of(usual) in KEPT and cause_of(name).startswith("formula."):  # what is kept may be small, in other units: no slip
-        name = {}
     said = {"judged": {key: diagnosis[key] for key in ("cause", "todo") if key in diagnosis}} if name else {}
     return {**diagnosis, **answer, **said, **name}
 

@@ -14,6 +14,8 @@ SHOWN_LINES = 15  # of a diagnosis, of the compiler's words, of what the student
 
 # Causes that give no answer away, nor say which mistake it is.
 SYMPTOMS = ("matrix.none_typical", "matrix.none_typical_not_symmetric", "7.none_typical")
+# Slips of which a formula has many, so that one may fit by coincidence: what else may stand for a block, and where else it may be read.
+ONE_OF_MANY = ("formula.stands_for", "formula.starts_at", "formula.starts_at_entry", "formula.from_another_source")
 UNSET = ("matrix.still_empty", "matrix.still_zero", "matrix.never_set", "1.2.landmark_step_unset")
 
 

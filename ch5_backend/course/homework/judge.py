@@ -19,7 +19,7 @@ from ..base.language import sentence
 from ..base.processes import running
 from ..base.scratch import scratch
 from . import answers
-from .diagnosis import SHOWN_LINES, Verdict, because, cause_of
+from .diagnosis import ONE_OF_MANY, SHOWN_LINES, Verdict, because, cause_of
 
 MOST_WORDS = 2000  # of an exception
 MOST_KEPT = 1 << 20  # bytes of the beginning of what a test prints
@@ -30,9 +30,6 @@ TEST_BEGINS, THROWN = b"\x1eTEST ", b"\x1eTHROWN "  # as main.cc writes them
 TIME_LIMIT = 20.0  # seconds for one stage; the reference needs less than one
 
 SIZES = re.compile(r"\nSIZES ((?:-?\d{1,18} ){13}-?\d{1,18})\n")  # what an assertion of Eigen's knows of sizes (told_sizes.h)
-
-# Slips of which a formula has many: what else may stand for a block, and where else it may be read.
-ONE_OF_MANY = ("formula.stands_for", "formula.starts_at", "formula.starts_at_entry", "formula.from_another_source")
 
 # What Eigen's assertions mean; the first pattern that occurs in the assertion counts.
 ASSERTIONS = [

@@ -18,7 +18,8 @@ std::optional<MatXX> InverseOf(const Node& x) {
   const auto& A = TryValue(x.parts[0]);
   if (!A || A->rows() != A->cols() || !A->allFinite()) return {};
   if (A->size() == 0) return A;
-  if (!A->isApprox(A->transpose(), 1e-9)) return MatXX(A->inverse());
+  const bool is_psd = A->isApprox(A->transpose(), 1e-9) && A->diagonal().minCoeff() >= -1e-9 * A->cwiseAbs().maxCoeff();
+  if (!is_psd) return MatXX(A->inverse());
   if (x.sizes.empty()) return PseudoInversePsd(*A);
   MatXX inverse = MatXX::Zero(A->rows(), A->cols());
   Eigen::Index at = 0;

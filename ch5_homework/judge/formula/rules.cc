@@ -184,6 +184,17 @@ void ProductForIt(const View& v) {
   }
 }
 
+/// Something else that is at hand, added to it or subtracted.
+void TermTooMany(const View& v) {
+  const auto& A = TryValue(v.x);
+  for (const Expression& other : A && A->size() > 2 ? v.named : std::vector<Expression>()) {
+    const auto& B = TryValue(other);
+    if (!B || B->rows() != A->rows() || B->cols() != A->cols() || other == v.x) continue;
+    const Text cause = Say("formula.term_too_many", {{"this", NameOf(other)}, {"that", NameOf(v.x)}});
+    for (const Expression& instead : {v.x + other, v.x - other}) v.report(cause, instead);
+  }
+}
+
 /// Something else that is at hand, between two factors, or at an end.
 void FactorTooMany(const View& v) {
   if (v.x->kind != Kind::kProduct) return;
@@ -257,7 +268,8 @@ void MultipleOfIAdded(const View& v) {
     }
   };
   if (is_inverse) add(v.x->parts[0], [](const Expression& more) { return Inverse(more); });
-  if (is_inverse || v.x->source) add(v.x, [](const Expression& more) { return more; });
+  if (is_inverse || v.x->source || (v.x->kind == Kind::kProduct && !v.is_whole))
+    add(v.x, [](const Expression& more) { return more; });
 }
 
 /// The inverse of another matrix, there or elsewhere in the product.
@@ -375,7 +387,11 @@ void TermsOfOtherCounts(const View& v) {
     factors.push_back(count);
   }
   if (parts.empty() || (odd_ones > 0 && wrong.size() > 1) || times.cwiseAbs().maxCoeff() > kMostTimes) return;
-  if ((times.array() == times[0]).all()) return;  // of the whole that is said elsewhere
+  if ((times.array() == times[0]).all()) {  // of the whole that is said elsewhere
+    if (v.formula.right->kind == Kind::kStack)
+      v.report(Say("formula.term_times", {{"term", NameOf(v.x)}, {"k", Number(times[0])}}), times[0] * v.x);
+    return;
+  }
   const Expression instead = Sum(parts, factors);
   if (wrong.size() == 1) {
     const Index k = wrong[0];
@@ -398,8 +414,8 @@ const std::vector<Rule>& Rules(bool unlikely) {
       &OnlyTriangle,      &PartsOfATerm,          &PartsOfABlock,      &RootOfInverse, &Inverted,
       &BlockOfTheInverse, &AnotherPlace,          &MultipleOfIAdded,   &TurnsOfALoop,  &SharesOfAKind,
       &SharesElsewhere};
-  static const std::vector<Rule> last{&FactorTooMany, &TermsOfOtherCounts,  &SignsLost,   &SharesOffByOne,
-                                      &ShareTooMany,  &ShareAtAnotherPlace, &ProductForIt};
+  static const std::vector<Rule> last{&FactorTooMany, &Converted,           &TermsOfOtherCounts, &SharesOffByOne,
+                                      &ShareTooMany,  &ShareAtAnotherPlace, &ProductForIt,       &TermTooMany};
   return unlikely ? last : first;
 }
 

@@ -1,6 +1,7 @@
 #include "ch5_homework/judge/formula/rules.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace ch5::homework::formula {
 
@@ -63,10 +64,17 @@ void OnlyTriangle(const View& v) {
   }
 }
 
-void SignsLost(const View& v) {
+/// Its absolute values, whole numbers or floats, or a vector of length one.
+void Converted(const View& v) {
   const auto& A = TryValue(v.x);
-  if (!A || A->size() < 2 || v.is_whole || (A->array() >= 0.0).all()) return;
-  v.report(Say("formula.signs_lost", {{"matrix", NameOf(v.x)}}), Matrix(NameOf(v.x), A->cwiseAbs()));
+  if (!A || A->size() < 2 || v.is_whole) return;
+  const auto report = [&](const char* id, const MatXX& changed) {
+    if (changed != *A) v.report(Say(id, {{"matrix", NameOf(v.x)}}), Matrix(NameOf(v.x), changed));
+  };
+  report("formula.signs_lost", A->cwiseAbs());
+  report("formula.cast_to_int", A->unaryExpr([](double x) { return std::trunc(x); }));
+  report("formula.cast_to_float", A->cast<float>().cast<double>());
+  if (A->cols() == 1) report("formula.normalized", A->normalized());
 }
 
 // ---- parts of a block, or of a term ----------------------------------------------------------------------------------

@@ -77,9 +77,11 @@ void SharesOfAKind(const View& v) {
   for (const Text& kind : KindsOf(v.x)) {
     report("formula.shares_missing", kind, [](bool is, Share*) { return !is; });
     report("formula.shares_alone", kind, [](bool is, Share*) { return is; });
-    for (const double times : {2.0, -1.0}) {
-      report(times > 0.0 ? "formula.shares_twice" : "formula.shares_of_other_sign", kind, [=](bool is, Share* share) {
-        if (is) share->x = times * share->x;
+    for (const auto& [id, times] : {std::pair{"formula.shares_twice", 2.0},
+                                    {"formula.shares_half", 0.5},
+                                    {"formula.shares_of_other_sign", -1.0}}) {
+      report(id, kind, [factor = times](bool is, Share* share) {
+        if (is) share->x = factor * share->x;
         return true;
       });
     }

@@ -191,13 +191,19 @@ class Search {
   /// What the first turn of a loop had, in an earlier call, wherever it is used; a later call may be of another size.
   std::optional<Mistake> Kept(const Expression& way, const Expression& of_first_call) {
     may_be_elsewhere_ = true;
+    std::vector<Site> sites;
+    Walk(way, {}, {}, true, &sites);
+    const std::vector<KindOfShare> kinds = KindsIn(sites);
     for (const auto& [name, first] : FirstOnes(of_first_call)) {
       const auto change = [&, &name = name, &first = first](const Expression& x) {
         const bool fits = Value(x).rows() == Value(first).rows() && Value(x).cols() == Value(first).cols();
         return x != first && NameOf(x) == name && fits ? first : nullptr;
       };
       if (name == NameOf(way)) continue;  // all of it: that is seen elsewhere
-      Try(Say("formula.kept_from_the_first", {{"this", name}}), {}, ReplaceAll(way, change));
+      const Text cause = Say("formula.kept_from_the_first", {{"this", name}});
+      Try(cause, {}, ReplaceAll(way, change));
+      for (const auto& [kind, todo] : kinds)
+        Try({"formula.in_kind", {{"kind", kind}, {"cause", cause}}}, todo, ReplaceAll(way, change, &kind));
     }
     return found_;
   }
@@ -214,8 +220,7 @@ class Search {
     FindFamilies(way, false, {}, &by_name, &seen, &families);
     const std::vector<KindOfShare> kinds = KindsIn(sites);
     for (const Rule rule : formula_.listed_alone ? std::vector<Rule>{&AnotherForIt} : Rules(unlikely)) {
-      depends_on_values_ = rule == &DirectionsCut;  // a limit that the earlier ones did not come near
-      if (rule == &TransposeForgotten) {            // before what replaces another
+      if (rule == &TransposeForgotten) {  // before what replaces another
         may_be_elsewhere_ = true;
         for (const auto& [cause, changed] : FromOtherSources(way, sites)) Try(cause, {}, changed);
         for (const auto& [cause, changed] : BlocksExchanged(way, sites)) Try(cause, {}, changed);
@@ -288,11 +293,12 @@ class Search {
   void Try(const Text& cause, const std::string& todo, const Expression& changed) {
     if (found_ || !IsAsked(cause) || IsLate()) return;
     const auto& answer = TryValue(changed);
-    if (!answer || !is_(*answer) || (!depends_on_values_ && IsRefuted(cause))) return;
+    const bool is_limit = cause.Json().find("\"formula.known_direction_cut\"") != std::string::npos;
+    if (!answer || !is_(*answer) || (!is_limit && IsRefuted(cause))) return;   // earlier values were not near the limit
     if (!IsLate()) found_ = Mistake{todo, cause, *answer, may_be_elsewhere_};  // compared with all earlier calls
   }
 
-  bool depends_on_values_ = false, may_be_elsewhere_ = false;
+  bool may_be_elsewhere_ = false;
 
   bool IsAsked(const Text& cause) const { return !is_asked_ || is_asked_(cause); }
 

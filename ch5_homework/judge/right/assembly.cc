@@ -88,6 +88,8 @@ constexpr LeftOut kLeftOut[] = {
     {"assembly.vertex_left_out", [](const Turn& t) { return t.IsLast(t.at_j); }},
     {"assembly.only_one_vertex", [](const Turn& t) { return t.at_j != 0; }},
     {"assembly.only_one_vertex", [](const Turn& t) { return !t.IsLast(t.at_i); }},
+    {"assembly.not_all_pairs", [](const Turn& t) { return t.at_j > t.at_i + 1; }},
+    {"assembly.not_all_pairs", [](const Turn& t) { return t.at_j > 1; }},
     {"assembly.only_poses", [](const Turn& t) { return !t.IsPose(); }},
     {"assembly.only_landmarks", [](const Turn& t) { return t.IsPose(); }},
     {"assembly.only_first_block_kept", [](const Turn& t) { return t.is_taken; }},

@@ -1,7 +1,6 @@
 /// Stage 7.
 
 #include <algorithm>
-#include <map>
 
 #include "ch5_homework/judge/right/formulas.h"
 
@@ -42,6 +41,21 @@ struct Sights {
       }
     }
     return poses;
+  }
+
+  struct WrongRow {
+    Text name;
+    Eigen::Index row;
+  };
+  /// Where the rows of a pose are taken to begin by mistake, in the turn of a landmark.
+  std::vector<WrongRow> WrongRowsOf(const Vertex& pose, size_t landmark) const {
+    const auto& poses = ordering.poses;
+    const auto is = [&](const auto& one) { return one.get() == &pose; };
+    const auto i = std::find_if(poses.begin(), poses.end(), is) - poses.begin();
+    return {{"7.pose_number_for_row", i},
+            {"7.six_rows_each", 6 * i},
+            {"7.landmark_number_for_pose", poses[std::min(landmark, poses.size() - 1)]->OrderingId()},
+            {"7.first_pose_for_each", 0}};
   }
 
   std::vector<Text> KindsOf(const Vertex& pose) const {
@@ -90,21 +104,16 @@ Expression SchurLoop(const Sights& sights, const MatXX& H_pp) {
 }
 
 Expression ReducedLoop(const Sights& sights, const VecX& b_p) {
-  std::map<const Vertex*, int> number;
-  for (const auto& pose : sights.ordering.poses) number.emplace(pose.get(), static_cast<int>(number.size()));
   std::vector<Share> shares{{Matrix("b_p", b_p), {0, 0}}};
   sights.ForEach([&](const Vertex& pose, const Vertex& landmark, const std::vector<Share::Turn>& turns) {
     const auto of = sights.Of(pose, pose, landmark);
-    const auto& poses = sights.ordering.poses;
-    const int i = number[&pose];
-    const size_t l = std::min(turns[0].number, poses.size() - 1);
+    std::vector<Share::Elsewhere> elsewhere;
+    for (const auto& [name, row] : sights.WrongRowsOf(pose, turns[0].number)) elsewhere.push_back({name, {row, 0}});
     shares.push_back({-(of.H_il * of.H_ll_inverse * of.b_l),
                       {pose.OrderingId(), 0},
                       {},
                       sights.KindsOf(pose),
-                      {{"7.pose_number_for_row", {i, 0}},
-                       {"7.six_rows_each", {6 * i, 0}},
-                       {"7.landmark_number_for_pose", {poses[l]->OrderingId(), 0}}},
+                      elsewhere,
                       false,
                       turns});
   });
@@ -116,8 +125,13 @@ Expression RestLoop(const Sights& sights, const VecX& b_l, const VecX& x_p) {
   const int first_row = sights.ordering.dim_poses;
   std::vector<Share> shares{{Matrix("b_l", b_l), {0, 0}}};
   sights.ForEach([&](const Vertex& pose, const Vertex& landmark, const std::vector<Share::Turn>& turns) {
+    const auto step_at = [&, size = pose.LocalDimension()](Eigen::Index row) {
+      return Matrix("Δx_i", x_p.segment(std::min(row, x_p.size() - size), size));
+    };
+    std::vector<Instead> others;
+    for (const auto& [name, row] : sights.WrongRowsOf(pose, turns[0].number)) others.emplace_back(step_at(row), name);
     const Expression H_il = Matrix("H_il", sights.Block(sights.damped, pose, landmark)),
-                     step = Matrix("Δx_i", x_p.segment(pose.OrderingId(), pose.LocalDimension()));
+                     step = MistakenFor(step_at(pose.OrderingId()), others);
     shares.push_back({-(Transpose(H_il) * step), {landmark.OrderingId() - first_row, 0}, {}, {}, {}, false, turns});
   });
   return Assembly("rest", b_l.size(), 1, shares);

@@ -33,7 +33,8 @@ Text With(const Text& quantity, const Text& scene, double lambda, Damping dampin
 struct SchurSolve {
   Formula S, b_S, delta_x;
 
-  SchurSolve(const System& system, const Ordering& ordering, double lambda, Damping damping);
+  /// @param got_b_S  if it is right, so is the H_pm that is read
+  SchurSolve(const System& system, const Ordering& ordering, double lambda, Damping damping, const VecX& got_b_S);
 };
 
 /// Which row of the given one stands at each place.
@@ -99,7 +100,7 @@ struct KeptRows {
 /// 6e: J and r₀ from A_r = V S Vᵀ, as JᵀJ = A_r and Jᵀr₀ = b_r.
 struct Factored {
   VecX eigenvalues;  ///< S, and 0 where they count as zero
-  double cost;       ///< r₀ᵀr₀
+  VecX r0;
   Formula JtJ, Jtr0;
 
   Factored(const MatXX& A, const VecX& b);

@@ -41,7 +41,8 @@ Formula VelocityTurned(const Vec3& v, const MatXX& axes) {
 
 Formula Projection(const MatXX& U_given, const MatXX& V_given) {
   const Expression U = Matrix("U", U_given), V = Matrix("V", V_given), Vt = Transpose(V);
-  return {Matrix("I", MatXX::Identity(U_given.rows(), U_given.rows())) - U * Inverse(Vt * U) * Vt};
+  const Expression along_U = MistakenFor(U * Inverse(Vt * U) * Vt, {V * Vt, U * Transpose(U)});
+  return {Matrix("I", MatXX::Identity(U_given.rows(), U_given.rows())) - along_U};
 }
 
 Formula MotionRows(const Mat33& R_given, int row, int dim, int columns) {
@@ -52,6 +53,7 @@ Formula MotionRows(const Mat33& R_given, int row, int dim, int columns) {
                                     I + R_z,
                                     R_z * R_z,
                                     -R_z,
+                                    Matrix("[e_z]", Hat(Vec3::UnitZ())) * R_z,
                                     Matrix("I + [(0, 0, θ)]", Mat33::Identity() + Hat(Vec3(0, 0, yaw))),
                                     turn("R_z(θ/2)", {0, 0, 0.5 * yaw}),
                                     turn("R_z(180 θ/π)", {0, 0, degrees}),

@@ -10,7 +10,8 @@
 
 namespace ch5::homework::right {
 
-SchurSolve::SchurSolve(const System& system, const Ordering& ordering, double lambda, Damping damping) {
+SchurSolve::SchurSolve(const System& system, const Ordering& ordering, double lambda, Damping damping,
+                       const VecX& got_b_S) {
   const int p = ordering.dim_poses, n = ordering.Size(), m = n - p;
   const Damping other = damping == Damping::kIdentity ? Damping::kDiagonal : Damping::kIdentity;
   const MatXX damped = Damped(system.H, lambda, damping);
@@ -33,8 +34,9 @@ SchurSolve::SchurSolve(const System& system, const Ordering& ordering, double la
   const Expression H_mm_inverse = WrittenAt("1.2d 1.2b", Inverse(H_mm, SizesOf(ordering.landmarks)));
   const Expression tempH = Named(H_pm * H_mm_inverse, "tempH");
 
-  S = {WrittenAt("1.2b", H_pp - H_pm * H_mm_inverse * H_mp), {tempH, b_p}};
   b_S = {WrittenAt("1.2b", b_p - H_pm * H_mm_inverse * b_m), {H_mp}};
+  const Expression read_H_pm = Equal(got_b_S, Value(b_S.right), 1e-9) ? Matrix("H_pm", Value(H_pm), "1.2a") : H_pm;
+  S = {WrittenAt("1.2b", H_pp - read_H_pm * H_mm_inverse * H_mp), {tempH, b_p}};
   S.rows = b_S.rows = {parts.begin(), parts.begin() + static_cast<ptrdiff_t>(ordering.poses.size())};
 
   const Expression x_p = Matrix("Δx_p", Solve(Value(S.right), Value(b_S.right)));
@@ -68,7 +70,8 @@ std::vector<Instead> WrongSigns(const Order& right, int idx, int dim, const Text
   for (const auto& [first, count] : {std::pair{idx, tail}, {n - dim, dim}, {idx, tail + dim}}) {
     for (const auto& [cause, sign, kept] : {std::tuple{"2.added_to_what_stands_there", 1.0, 1.0},
                                             {"2.subtracted_from_what_stands_there", -1.0, 1.0},
-                                            {"2.moved_with_other_sign", -1.0, 0.0}}) {
+                                            {"2.moved_with_other_sign", -1.0, 0.0},
+                                            {"2.zero_there", 0.0, 0.0}}) {
       MatXX P = Value(Picked(right));
       P.middleRows(first, count) *= sign;
       P.middleRows(first, count) += kept * MatXX::Identity(n, n).middleRows(first, count);

@@ -175,9 +175,13 @@ KeptRows::KeptRows(const MatXX& A, const VecX& b, int m) {
                    A_mr = all.Block("A_mr", 0, m, m, n), A_mm = all.Block("A_mm", 0, 0, m, m),
                    b_r_given = rhs.Segment("b_r", m, n), b_m = rhs.Segment("b_m", 0, m);
   const CutEigen mm(Value(A_mm));
-  const Expression V = Matrix("V", mm.V),
-                   S_pinv =
-                       MistakenFor(Diagonal("S⁺", mm.S_pinv), {{Diagonal("S⁺", mm.one_for_zero), "6.one_for_zero"}}),
+  std::vector<Instead> cuts{{Diagonal("S⁺", mm.one_for_zero), "6.one_for_zero"}};
+  for (const double limit : mm.S) {
+    const VecX left = (mm.S.array() > limit).select(mm.S_pinv, 0.0);
+    cuts.emplace_back(Diagonal("S⁺", left),
+                      Text("formula.known_direction_cut", {{"matrix", Word(std::string("A_mm"))}}));
+  }
+  const Expression V = Matrix("V", mm.V), S_pinv = MistakenFor(Diagonal("S⁺", mm.S_pinv), cuts),
                    A_mm_pinv = Named(V * S_pinv * Transpose(V), "A_mm⁺");
 
   A_r = {A_rr - A_rm * A_mm_pinv * A_mr, {A_mm, Matrix("A_", A)}};
@@ -190,11 +194,11 @@ KeptRows::KeptRows(const MatXX& A, const VecX& b, int m) {
 Factored::Factored(const MatXX& A, const VecX& b) {
   const CutEigen eigen(A);
   eigenvalues = eigen.S;
-  cost = b.dot(eigen.V * eigen.S_pinv.asDiagonal() * eigen.V.transpose() * b);
   const Expression V = Matrix("V", eigen.V), S_sqrt = Diagonal("S^½", eigen.S.cwiseSqrt()),
                    S_pinv_sqrt = Diagonal("S^-½", eigen.S_pinv.cwiseSqrt()), A_r = Matrix("A_r", A),
                    S = Diagonal("S", eigen.S), J = Named(S_sqrt * Transpose(V), "J");
   const MatXX Jt = Value(J).transpose();
+  r0 = Value(S_pinv_sqrt * Transpose(V) * Matrix("b_r", b));
 
   JtJ = {Seen(J, [](const MatXX& any) { return MatXX(any.transpose() * any); }),
          {S, S_pinv_sqrt, A_r, Diagonal("S^¼", eigen.S.array().pow(0.25))}};
