@@ -83,6 +83,8 @@ std::vector<WrongPattern> TypicalPatterns(const Groups& groups, int poses) {
   return {
       {"7.only_blocks_H_pp", {}},
       {"7.S_full", PairsOf({all}, IsLower)},
+      {{"7.number_0_left_out", {{"it", {"scene.pose", {{"n", Word(0)}}}}}},
+       PairsOf(groups.of_landmarks, [](int i, int j) { return i >= j && j > 0; })},
       {"7.wrong_half_stored", PairsOf(groups.of_landmarks, [](int i, int j) { return i <= j; })},
       {"7.both_halves_stored", PairsOf(groups.of_landmarks, [](int, int) { return true; })},
       {"7.positions_for_numbers", PairsOf({positions}, IsLower)},

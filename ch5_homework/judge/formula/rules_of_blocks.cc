@@ -17,11 +17,11 @@ static Text StandsFor(const View& v, const std::string& name) {
 }
 
 void AnotherForIt(const View& v) {
-  if (!CanBeMistaken(v)) return;
-  const std::string own = NameOf(v.x);
   for (const auto& [other, cause] : v.x->mistaken) {
     v.report(cause.empty() ? StandsFor(v, NameOf(other)) : cause, other);
   }
+  if (!CanBeMistaken(v)) return;
+  const std::string own = NameOf(v.x);
   for (const bool transposed : {false, true}) {
     for (const Expression& other : v.named) {
       const auto& A = TryValue(other);
