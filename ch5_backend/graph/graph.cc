@@ -187,9 +187,12 @@ Graph* GraphPointer::Get() const {
 
 double Cost(const std::vector<std::shared_ptr<Edge>>& edges) {
   double sum = 0.0;
-  for (const auto& edge : edges) {
-    edge->ComputeResidual();
-    sum += edge->Cost();
+  const size_t size = edges.size();
+  for (size_t e = 0; e < size; ++e) {
+    edges[e]->ComputeResidual();
+    if (edges.size() != size)
+      throw GraphError(edges[e]->Name() + " has changed the graph's edges while it was evaluated");
+    sum += edges[e]->Cost();
   }
   return sum;
 }

@@ -62,6 +62,7 @@ std::vector<HeldPose> FindHeldPoses(const Structure& s, const std::vector<HeldDi
     }
     if (!C.allFinite())
       throw std::invalid_argument("HeldDirections: the rows of " + h.vertex->Name() + " are not finite");
+    if (C.isZero(0.0)) refuse(" along no direction: its rows are missing or zero");
     const auto found = std::find(s.poses.begin(), s.poses.end(), h.vertex.get());
     if (found == s.poses.end()) continue;
     const MatXX onto_rows = C.transpose() * PseudoInversePsd(C * C.transpose()) * C;

@@ -30,10 +30,21 @@ void SparseOptimizer::Hold(std::vector<HeldDirections> held) {
 
 Summary SparseOptimizer::Solve(const SolveOptions& options) {
   const Graph::Solving solving(graph_);
-  return Minimize(solver_.get(), options);
+  const size_t num_edges = graph_->Edges().size();
+  Summary summary = Minimize(solver_.get(), options);
+  if (!options.callback && graph_->Edges().size() != num_edges) {
+    throw GraphError("an edge has changed the graph's edges while it was evaluated; only a callback may add some");
+  }
+  return summary;
 }
 
 bool SparseOptimizer::Initialize(Selection selection) {
+  for (const auto& vertex : selection.vertices) {
+    if (!vertex) throw GraphError("InitializeOptimization: a vertex is missing (null)");
+    if (!graph_->Contains(*vertex)) {
+      throw GraphError("InitializeOptimization: " + vertex->Name() + " is not in the solver's graph");
+    }
+  }
   selection_ = std::move(selection);
   solver_->Select(selection_);
   const Ordering ordering = MakeOrdering(*graph_, selection_);

@@ -50,13 +50,14 @@ class SparseOptimizer {
 
   /// Minimizes by the algorithm that the options name, or by the one that suits the graph (Algorithm::kAutomatic): over the
   /// edges of level 0, or what InitializeOptimization chose.
-  /// @throws GraphError if an edge ties two free landmarks
+  /// @throws GraphError if an edge ties two free landmarks, or adds edges to the graph while it is evaluated
   /// @throws std::logic_error if another thread solves the same graph
   Summary Solve(const SolveOptions& options = {});
 
   /// Chooses the edges of a level (all, if it is negative) whose vertices are all in the set, and numbers the vertices.
   /// An edge is active if it is chosen and has a free vertex; a vertex without active edges has no part.
   /// @return false if no edge is active
+  /// @throws GraphError if a vertex is null or not in the graph
   bool InitializeOptimization(int level = 0) { return Initialize({level, true, {}}); }
   bool InitializeOptimization(std::vector<std::shared_ptr<Vertex>> vertices, int level = 0) {
     return Initialize({level, false, std::move(vertices)});

@@ -111,6 +111,7 @@ void SparseSolver::SetReducedSolver(ReducedSolverType type, const IterativeOptio
 }
 
 void SparseSolver::SetReducedSolver(std::unique_ptr<ReducedSolver> solver) {
+  if (!solver) throw std::invalid_argument("SetReducedSolver: the solver is null");
   SetReducedSolver(ReducedSolverType::kDenseCholesky);  // any type that forms S
   reduced_solver_ = std::move(solver);
 }

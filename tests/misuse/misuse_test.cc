@@ -119,6 +119,21 @@ class EdgeWithoutMemory : public Edge {
   double r_ = 0.0, W_ = 1.0;
 };
 
+// At each evaluation there is one edge more.
+class EdgeThatAdds : public SizedEdge<1, VertexScalar> {
+ public:
+  EdgeThatAdds(Graph* graph, std::shared_ptr<VertexScalar> x) : SizedEdge(x), graph_(graph), x_(std::move(x)) {}
+  void ComputeResidual() override {
+    graph_->AddEdge(std::make_shared<EdgeWithoutMemory>(x_));
+    r_ = x_->GetEstimate();
+  }
+  std::string TypeInfo() const override { return "EdgeThatAdds"; }
+
+ private:
+  Graph* graph_;
+  std::shared_ptr<VertexScalar> x_;
+};
+
 // On a sphere, it should be; but nobody says how.
 class VertexWithoutPlus : public SizedVertex<4, 3> {
  public:
@@ -397,6 +412,30 @@ const std::vector<Case> kGraphs = {
        SolveOptions options;
        options.callback = [&](const IterationInfo&) { return g->x_[1]->SetEstimate(Scalar(1e5)), true; };
        return g->Solve(options);
+     }},
+    {"directions of rank 0", "VertexVector1 0 cannot be held along no direction: its rows are missing or zero",
+     [](TwoSteps* g) {
+       SparseOptimizer optimizer(&g->graph);
+       optimizer.Hold({{g->x_[0], [] { return MatXX::Zero(1, 1); }}});
+       optimizer.Solve();
+     }},
+    {"a null vertex to optimize", "InitializeOptimization: a vertex is missing (null)",
+     [](TwoSteps* g) {
+       SparseOptimizer(&g->graph).InitializeOptimization({g->x_[0], nullptr});
+     }},
+    {"a vertex of another graph to optimize", "InitializeOptimization: VertexVector1 0 is not in the solver's graph",
+     [](TwoSteps* g) { SparseOptimizer(&g->graph).InitializeOptimization({TwoSteps().x_[0]}); }},
+    {"a null solver of one's own", "SetReducedSolver: the solver is null",
+     [](TwoSteps* g) { SparseOptimizer(&g->graph).SetReducedSolver(std::unique_ptr<ReducedSolver>()); }},
+    {"an edge that adds edges while it is evaluated", "an edge has changed the graph's edges while it was evaluated",
+     [](TwoSteps* g) {
+       g->graph.AddEdge(std::make_shared<EdgeThatAdds>(&g->graph, g->x_[1]));
+       g->Solve();
+     }},
+    {"the cost of a graph to which an edge adds", "EdgeThatAdds 2 has changed the graph's edges while it was evaluated",
+     [](TwoSteps* g) {
+       g->graph.AddEdge(std::make_shared<EdgeThatAdds>(&g->graph, g->x_[1]));
+       Cost(g->graph);
      }},
     {"no pose graph to initialize", "InitializePoseGraph: the graph is null",
      [] { InitializePoseGraph(PoseGraphStart::kChordal, nullptr); }},
