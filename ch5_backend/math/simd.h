@@ -40,9 +40,14 @@ enum class SimdLevel { kPortable, kAvx2, kAvx512 };
 /// @throws std::invalid_argument if CH5_SIMD is another word, or more than the processor has
 SimdLevel GetSimdLevel();
 
-/// Whether GetSimdLevel allows them.
+/// Whether GetSimdLevel allows them. Other processors have none, and get no copies for them.
+#if defined(__x86_64__)
 inline bool HasAvx2() { return GetSimdLevel() >= SimdLevel::kAvx2; }
 inline bool HasAvx512() { return GetSimdLevel() >= SimdLevel::kAvx512; }
+#else
+constexpr bool HasAvx2() { return false; }
+constexpr bool HasAvx512() { return false; }
+#endif
 
 constexpr int kLanes = 4;
 
