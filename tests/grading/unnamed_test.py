@@ -96,7 +96,7 @@ class Renamed(FolderTest):
 
     def row(self, todo: str) -> answers.Row:
         diagnosis = graded("x")["stages"][0]["diagnosis"]
-        return answers.Row("new", "code", todo, self.CAUSE, "1.1", diagnosis["check"], FINGERPRINT)
+        return answers.Row("new", "code", todo, self.CAUSE, {}, "1.1", diagnosis["check"], FINGERPRINT)
 
     def test_records_get_the_name_and_lose_it_with_the_mistake(self):
         self.records(graded("a"), graded("b", [12, 12, 9.0, 9.0, 9.0]))
@@ -119,7 +119,8 @@ class Renamed(FolderTest):
 
     def test_only_what_is_new_is_run(self):
         old = next(row for row in answers.read_table() if row.mistake == "schur_sign")
-        verdict = Verdict("wrong", {"stage": "1.2", "check": old.check, "todo": "1.2b", "fingerprint": old.fingerprint})
+        verdict = Verdict("wrong", {"stage": "1.2", "check": old.check, "cause": old.judged, "todo": "1.2b",
+                                    "fingerprint": old.fingerprint})
         learned, ran, now, before = self.learned(verdict)
         self.assertEqual((learned, ran, now), (["schur_sign"], [("1.2", None)], before))
 
@@ -129,7 +130,8 @@ class Renamed(FolderTest):
 
     def test_two_names_for_one_answer_are_said(self):
         other = next(row for row in answers.read_table() if row.mistake == "b_sign")
-        verdict = Verdict("wrong", {"stage": "1.2", "check": other.check, "todo": "1.2b", "fingerprint": other.fingerprint})
+        verdict = Verdict("wrong", {"stage": "1.2", "check": other.check, "cause": other.judged, "todo": "1.2b",
+                                    "fingerprint": other.fingerprint})
         with mock.patch.object(rename, "warn") as warn:
             self.learned(verdict)
         self.assertIn("one answer", " ".join(call.args[0] for call in warn.call_args_list).replace("the same answer", "one answer"))
