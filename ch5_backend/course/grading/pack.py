@@ -15,96 +15,6 @@ PACKED = {"student": "chapter5.tar.gz", "gradescope": "gradescope.zip", "classro
           "classroom-grading": "grade.yml", "container": "grader.tar.gz"}
 LONG_AGO = (1980, 1, 1, 0, 0, 0)  # the same files give the same bytes
 
-SETUP = """\
-#!/usr/bin/env bash
-# Gradescope runs this once, for the image: installs what is needed and builds what does not depend on a submission.
-set -e
-cd "${AUTOGRADER:-/autograder}/source"
-./course grade --prepare
-"""
-
-RUN = """\
-#!/usr/bin/env bash
-# Gradescope runs this for each submission.
-here=${AUTOGRADER:-/autograder}
-out=$(mktemp -d)
-cd "$here/source"
-echo "$here/submission" >"$out/list"  # a submission, whatever it looks like inside
-./course grade --list "$out/list" --out "$out" --jobs 1 --whole --language LANGUAGE 2>"$out/words"
-cat "$out/words"
-if [ -e "$out/submission/results.json" ]; then
-  cp "$out/submission/results.json" "$here/results/results.json"
-else  # no mark is better than a wrong one
-  echo '{"output": "The grader itself has failed; please tell your instructor.", "tests": []}' > "$here/results/results.json"
-fi
-rm -rf "$out"
-"""
-
-# For Docker's default rights: without namespaces the sandbox has its second way, which needs the user root here.
-CONTAINER = """\
-FROM debian:12
-COPY . /course
-RUN /course/course grade --prepare
-WORKDIR /class
-ENTRYPOINT ["/course/course", "grade", "--language", "LANGUAGE"]
-"""
-
-# The students' repository has no key, and nothing but the students' archive: what its jobs may read, students may read.
-CLASSROOM = """\
-# GitHub Classroom: .github/workflows/classroom.yml of the assignment's repository, which holds the students' archive
-# (./course pack student). It has no key and no solution: it runs the public checks, for practice. Marks are given by the
-# course's own repository, with the workflow of ./course pack classroom-grading.
-name: GitHub Classroom Workflow
-on: [push, workflow_dispatch]
-permissions: {checks: write, actions: read, contents: read}
-jobs:
-  run-autograding-tests:
-    runs-on: ubuntu-22.04
-    if: github.actor != 'github-classroom[bot]'
-    steps:
-      - uses: actions/checkout@v4
-      - run: ./course check --language LANGUAGE || true  # builds once; each step below has its own verdict
-TESTS      - uses: classroom-resources/autograding-grading-reporter@v1
-        env:
-RESULTS        with: {runners: "RUNNERS"}
-"""
-
-STAGE_TEST = """\
-      - id: stage-ID
-        uses: classroom-resources/autograding-command-grader@v1
-        with: {test-name: "Stage STAGE", command: ./course check STAGE, timeout: 10, max-score: POINTS}
-"""
-
-GRADING = """\
-# .github/workflows/grade.yml of the course's own repository, which students cannot read. It fetches what was handed in, grades
-# it in the sandbox, and keeps the marks here; nothing of it runs in a student's repository.
-# Secret CLASSROOM_TOKEN: a fine-grained token that may read the organization's repositories (contents) and Classroom.
-name: grade a Classroom assignment
-on:
-  workflow_dispatch:
-    inputs: {assignment: {description: "its number, from gh classroom assignments", required: true}}
-permissions: {contents: read}
-jobs:
-  grade:
-    runs-on: ubuntu-22.04
-    env: {ASSIGNMENT: "${{ inputs.assignment }}"}
-    steps:
-      - uses: actions/checkout@v4
-      - name: fetch, with the token in this step alone
-        env: {GH_TOKEN: "${{ secrets.CLASSROOM_TOKEN }}"}
-        run: |
-          gh extension install github/gh-classroom
-          gh auth setup-git
-          gh classroom clone student-repos --assignment-id "$ASSIGNMENT" --directory "$RUNNER_TEMP/handed_in"
-          gh classroom assignment-grades --assignment-id "$ASSIGNMENT" --file-name "$RUNNER_TEMP/classroom.csv"
-      - run: |  # a student's own workflow, hooks and settings are data here: only the homework's files are read
-          find "$RUNNER_TEMP/handed_in" -mindepth 2 -maxdepth 2 -type d > "$RUNNER_TEMP/list"
-          ./course grade --list "$RUNNER_TEMP/list" --out grades --language LANGUAGE
-      - uses: actions/upload-artifact@v4
-        if: always()
-        with: {name: grades, path: grades}
-"""
-
 
 def refuse(what: str) -> None:
     """Raises CourseError for what cannot be packed."""
@@ -116,27 +26,35 @@ def refuse(what: str) -> None:
 def pack(what: str, out: str, language: str) -> int:
     """Writes the archive or the workflow, whole or not at all; 0. The graders that are packed speak `language`."""
     refuse(what)
-    path = Path(out or PACKED[what])
+    path, spoken = Path(out or PACKED[what]), {"LANGUAGE": language}
     if what == "gradescope":
-        write_zip(path, {**project_files(), "setup.sh": SETUP.encode(), "run_autograder": RUN.replace("LANGUAGE", language).encode()})
+        write_zip(path, {**project_files(), "setup.sh": template("setup.sh", {}).encode(), "run_autograder": template("run_autograder", spoken).encode()})
     elif what == "container":
         with atomic_write(path) as partial, open(partial, "wb") as file:
-            write_tar(file, {**project_files(), "Dockerfile": CONTAINER.replace("LANGUAGE", language).encode()})
+            write_tar(file, {**project_files(), "Dockerfile": template("Dockerfile", spoken).encode()})
     elif what == "student":
         pack_student(path)
     else:
-        write_whole(path, (classroom() if what == "classroom" else GRADING).replace("LANGUAGE", language))
+        write_whole(path, template(PACKED[what], spoken | (classroom() if what == "classroom" else {})))
     print(f"{path}: {-(-path.stat().st_size >> 10)} KB")
     return 0
 
 
-def classroom() -> str:
+def template(name: str, values: dict) -> str:
+    """A file of packed/ with these in place of their names."""
+    text = Path(__file__).with_name("packed").joinpath(name).read_text(encoding="utf-8")
+    for key, value in values.items():
+        text = text.replace(key, value)
+    return text
+
+
+def classroom() -> dict:
     """A step for each stage that has points, by the rubric; the reporter adds their points for Classroom."""
     points = {stage: sum(checks.values()) for stage, checks in read_rubric().items()}
     stages = {stage: (stage.replace(".", "-"), n) for stage, n in points.items() if n}
-    tests = "".join(STAGE_TEST.replace("STAGE", stage).replace("ID", own).replace("POINTS", f"{n:g}") for stage, (own, n) in stages.items())
-    results = "".join(f'          STAGE-{own}_RESULTS: "${{{{ steps.stage-{own}.outputs.result }}}}"\n' for own, _ in stages.values())
-    return CLASSROOM.replace("TESTS", tests).replace("RUNNERS", ",".join(f"stage-{own}" for own, _ in stages.values())).replace("RESULTS        with", results + "        with")
+    return {"      # TESTS\n": "".join(template("classroom_stage.yml", {"STAGE": stage, "ID": own, "POINTS": f"{n:g}"}) for stage, (own, n) in stages.items()),
+            "RUNNERS": ",".join(f"stage-{own}" for own, _ in stages.values()),
+            "          # RESULTS\n": "".join(f'          STAGE-{own}_RESULTS: "${{{{ steps.stage-{own}.outputs.result }}}}"\n' for own, _ in stages.values())}
 
 
 def project_files() -> dict:
