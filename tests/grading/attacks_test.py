@@ -12,7 +12,7 @@ import unittest
 from pathlib import Path
 
 from tests.project import BUILD, ROOT, run
-from tests.grading.hostile import FOLDER, HEAD, TAIL, read_attacks
+from tests.grading.hostile import FOLDER, DECLARATIONS, HEAD, TAIL, read_attacks
 from tests.grading.sandbox_test import NO_OWN_USER
 from ch5_backend.course.grading.rubric import read_rubric
 from ch5_backend.course.base.language import speaker
@@ -38,22 +38,6 @@ sys.exit(entry.main(sys.argv[1:]))
 
 REACHING_OUT = ("kill_the_parent", "kill_everybody", "daemon", "fork_bomb_at_a_large_weight", "disk", "disk_elsewhere", "secrets_read", "seed_sought",
                 "judges_memory", "remembered_from_another_test", "memory_that_nobody_counts", "modes_owners_and_times_changed", "locks_and_leases")
-
-ANSWERS = """#include "ch5_backend/consistency/gauge_freedom.h"
-#include "ch5_backend/dense/blocks/plain_block_solver.h"
-#include "ch5_backend/dense/problem.h"
-#include "ch5_backend/marginalize/marginalization_error.h"
-#include "ch5_backend/marginalize/marginalize.h"
-#include "ch5_backend/marginalize/square_root.h"
-#include "ch5_backend/sparse/sparse_solver.h"
-#include "ch5_backend/window/window.h"
-#include "ch5_backend/simulate/mono_ba.h"
-namespace ch5::homework {
-struct System { MatXX H; VecX b; };
-System StackedNormalEquations(const Graph& graph, int size);
-MatXX NumericNullSpace(const std::vector<std::shared_ptr<Vertex>>& vertices, GaugeGroup group);
-}
-"""
 
 
 def awkward_bytes() -> dict:
@@ -173,7 +157,7 @@ class Attacks(unittest.TestCase):
         attacked = {file for _, file, _, _ in attacks}
         self.assertEqual({*FILES} - attacked, {"open_tasks.cc"}, "which earns no points")
         for file in sorted(attacked):
-            texts = {name: (ANSWERS + fill(solution_text(file), lambda region, todo=todo, code=code:
+            texts = {name: (DECLARATIONS + fill(solution_text(file), lambda region, todo=todo, code=code:
                                            code if region.todo == todo else region.solution)).encode()
                      for name, where, todo, code in attacks if where == file}
             self.none_scores(texts, file=file)

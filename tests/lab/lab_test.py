@@ -20,23 +20,7 @@ PROGRAM = BUILD / "bin" / "ch5_lab"
 PANELS = ("solve", "steps", "marginalize", "window", "eliminate")
 MOST_BYTES = 3_000_000
 # Each panel as it opens, and each setting away from there.
-QUERIES = (
-    "panel=solve", "panel=solve&weight=0.001", "panel=solve&weight=1e10",
-    "panel=solve&gauge=minimal&weight=1e4&start=0.1&information=noise",
-    "panel=solve&gauge=fixed&frames=5&points=12", "panel=solve&frames=10&points=40", "panel=solve&noise=0.01&seed=7",
-    "panel=solve&outliers=3&loss=cauchy&information=noise",
-    "panel=solve&outliers=3&loss=tukey&information=noise&delta=6",
-    "panel=solve&outliers=3&loss=huber", "panel=solve&damping=diagonal&start=0.3", "panel=solve&algorithm=gn",
-    "panel=solve&algorithm=dogleg&start=0.2", "panel=solve&solver=blocks", "panel=solve&solver=sparse&frames=6",
-    "panel=steps", "panel=steps&trial=2&stop=judge", "panel=steps&algorithm=gn&trial=1",
-    "panel=steps&start=0.5&tau=1e-12&trial=1",
-    "panel=steps&algorithm=dogleg&radius=0.1&trial=3", "panel=marginalize&system=chain&drop=1",
-    "panel=marginalize&drop=0",
-    "panel=marginalize&drop=3,3,3,0", "panel=solve&frames=1",
-    "panel=solve&motion=turn&cameras=1:1:0,2:0:1", "panel=solve&cameras=1:0.5:-1&landmarks=3:0.5:0.5",
-    "panel=solve&camera_starts=2:0.4:0.4&landmark_starts=1:1:1", "panel=solve&without=0:2,3:1", "panel=solve&without=0",
-    "panel=eliminate", "panel=eliminate&board=bundle&seed=8&order=0,5,12", "panel=eliminate&board=grid&order=5",
-)
+QUERIES = Path(__file__).with_name("queries.txt").read_text(encoding="utf-8").split()
 RELATIVE = 1e-9
 # An estimator with few tracks triangulates from hardly any parallax, and what rounding changes there grows: the native
 # program with AVX2 and without differ by centimeters. So flights are compared with a program that rounds as WebAssembly
