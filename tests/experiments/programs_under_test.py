@@ -71,9 +71,9 @@ class AppTest(FolderTest):
     def summary(self) -> dict:
         return {row["key"]: row["value"] for row in table(self.out / "summary.csv")}
 
-    def course_run(self, data, *words) -> dict:
+    def course_run(self, data, *words, course=(ROOT / "course",)) -> dict:
         """The JSON object of ./course run DATA --json: alone on standard output, no living lines beside it."""
-        done = run(ROOT / "course", "run", data, "--out", self.out, "--json", *words)
+        done = run(*course, "run", data, "--out", self.out, "--json", *words)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(done.stdout.count("\n"), 1, "one object and nothing else")
         for sign in ("\r", "\033"):
