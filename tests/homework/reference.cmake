@@ -42,10 +42,10 @@ target_link_libraries(test_formula PRIVATE ch5_backend ch5_test_settings GTest::
 target_precompile_headers(test_formula REUSE_FROM ch5_test_pch)
 gtest_discover_tests(test_formula TEST_PREFIX Homework. DISCOVERY_MODE PRE_TEST)
 gtest_discover_tests(homework_samples TEST_PREFIX Reference. DISCOVERY_MODE PRE_TEST)
-# By day in the stage that each is made for; by night in all stages of its file.
+# By day every third one, in the stage that each is made for; by night, and asked for by name, all in all stages of their file.
 foreach(name IN LISTS sample_names ITEMS blanks)
   set(run ${ch5_python_module} tests.homework.run_samples)
-  add_test(NAME Homework.Samples.${name} COMMAND ${run} --own $<TARGET_FILE:homework_samples> ${samples_${name}})
+  add_test(NAME Homework.Samples.${name} COMMAND ${run} --own --every 3 $<TARGET_FILE:homework_samples> ${samples_${name}})
   add_test(NAME Homework.SamplesInAllStages.${name} COMMAND ${run} $<TARGET_FILE:homework_samples> ${samples_${name}})
   ch5_by_night(Homework.SamplesInAllStages.${name})
 endforeach()

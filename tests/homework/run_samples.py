@@ -106,6 +106,7 @@ def main() -> int:
     parser.add_argument("--worker", type=Path)
     parser.add_argument("--seed", type=int, action="append", help="may be repeated: right samples are judged with each")
     parser.add_argument("--own", action="store_true", help="only the stages whose verdict or code is the sample's")
+    parser.add_argument("--every", type=int, default=1, metavar="N", help="only every N-th sample of a file")
     parser.add_argument("--write", action="store_true", help="write answers.csv anew, of the mistakes in these files; exercised.csv of blanks")
     asked = parser.parse_args()
     if asked.write and asked.files == ["blanks"]:
@@ -113,7 +114,7 @@ def main() -> int:
         return 0
     samples = []
     for file in asked.files:
-        samples += [Sample("linked"), *blank_samples()] if file == "blanks" else read_samples(Path(file))
+        samples += [Sample("linked"), *blank_samples()] if file == "blanks" else read_samples(Path(file))[::asked.every]
     seeds = asked.seed or [None]
     cases = [(one, stage, seed) for one in samples for stage in stages_of(one, asked.own or asked.write)
              for seed in (seeds if one.state == "right" else seeds[:1])]
