@@ -56,7 +56,7 @@ FORWARDING = ("test", "slides")  # to CTest and the builder, what follows --; el
 
 def unknown(command: str) -> dict:
     """The message for an unknown command, with the one that was probably meant."""
-    near = difflib.get_close_matches(command, [*COMMANDS, "help"], n=1)
+    near = ["check --watch"] if command == "watch" else difflib.get_close_matches(command, [*COMMANDS, "help"], n=1)
     if near:
         return language.sentence("command.did_you_mean", command=command, meant=near[0])
     return language.sentence("command.unknown", command=command, commands=", ".join([*COMMANDS, "help"]))
@@ -80,6 +80,12 @@ def refuse(command: str, given: argparse.Namespace) -> None:
     say_no(loaded, given)
 
 
+def asked_language(words: list) -> str:
+    """Of words that may be wrong or ask for help; without one, the terminal's."""
+    asked = [next_one for word, next_one in zip(words, words[1:]) if word == "--language"] + [word.partition("=")[2] for word in words]
+    return next((word for word in asked if word in language.LANGUAGES), language.spoken())
+
+
 def main(argv: list, only_read: bool = False) -> int:
     """Returns the exit code; every error becomes one message and, with --json, one object.
 
@@ -89,14 +95,14 @@ def main(argv: list, only_read: bool = False) -> int:
     if "--" in words:
         split = words.index("--")
         words, extra = words[:split], words[split + 1:]
-    as_json, say = "--json" in words, language.speaker(language.spoken())
+    as_json, say = "--json" in words, language.speaker(asked_language(words))
     for stream in (sys.stdout, sys.stderr):
         stream.reconfigure(errors="backslashreplace")  # a letter that the terminal cannot show is no failure
     try:
         if command not in COMMANDS:
             raise CourseError(unknown(command))
-        arguments = make_parser(command).parse_intermixed_args(words)
-        say = Progress.say = language.speaker(getattr(arguments, "language", language.spoken()))
+        arguments = make_parser(command, say.language).parse_intermixed_args(words)
+        say = Progress.say = language.speaker(getattr(arguments, "language", say.language))
         arguments.extra = extra
         for name in () if command in FORWARDING else vars(arguments).keys() & {"data", "names", "files", "submissions", "asked"}:
             setattr(arguments, name, getattr(arguments, name) + extra)
@@ -116,7 +122,7 @@ def exit_code_of(error: BaseException, say: language.Speaker, as_json: bool) -> 
     """Ends what runs and tells what went wrong; raises an error that is a fault of ours."""
     processes.end_all()
     if processes.stopped_by():
-        return fail("stopped", 128 + processes.stopped_by(), as_json)
+        return fail(say.translate("stopped"), 128 + processes.stopped_by(), as_json)
     if isinstance(error, CourseError):
         message = error.message if isinstance(error.message, dict) else {"quoted": error.message}
         return fail(say.text(message), error.exit_code, as_json)
@@ -124,7 +130,7 @@ def exit_code_of(error: BaseException, say: language.Speaker, as_json: bool) -> 
         silence()
         return 128 + signal.SIGPIPE
     if isinstance(error, OSError):
-        return fail(f"{error.filename or 'standard output'}: {error.strerror}", 2, as_json)
+        return fail(f"{error.filename or 'standard output'}: {say.translate(error.strerror)}", 2, as_json)
     raise error
 
 

@@ -79,6 +79,7 @@ class CommandLine(FolderTest):
     def test_a_typing_error_is_answered_with_what_was_meant(self):
         self.refuses("chek", naming=["did you mean ./course check?"])
         self.refuses("statsu", naming=["./course status?"])
+        self.refuses("watch", naming=["./course check --watch?"])
 
     def test_unknown_words_are_refused(self):
         self.refuses("frobnicate", naming=["frobnicate"])
@@ -86,6 +87,8 @@ class CommandLine(FolderTest):
         self.refuses("check", "9.9", naming=["9.9"])
         self.refuses("status", "1.1", naming=["1.1"])
         self.refuses("check", "--seed", "x", env={**os.environ, "LC_ALL": "zh_CN.UTF-8"}, naming=["--seed 应为 0 到 9"])
+        self.refuses("check", "--seed", "x", "--language", "zh", naming=["--seed 应为 0 到 9"])
+        self.refuses("fly", "--language=zh", ROOT / "README.md", naming=["不是已知的数据格式"])
         self.refuses("hint", naming=["needs a stage", "6A"])
         self.refuses("hint", "9.9", "1", naming=["9.9", "1.2, 2"])
         self.refuses("hint", "1.2", "4", naming=["1.2", "1, 2, 3", "'4'"])

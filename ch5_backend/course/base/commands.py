@@ -83,9 +83,9 @@ class Parser(argparse.ArgumentParser):
         raise CourseError(f"{message}; see {self.prog} --help")
 
 
-def make_parser(command: str) -> Parser:
+def make_parser(command: str, spoken: str = "") -> Parser:
     """One sub-command's grammar. Options are never abbreviated: a typing error must not run something else."""
-    spoken, grammar = language.spoken(), COMMANDS[command]
+    spoken, grammar = spoken or language.spoken(), COMMANDS[command]
     say = language.speaker(spoken)
     parser = Parser(prog=f"./course {command}", description=grammar[spoken], allow_abbrev=False, formatter_class=Folded, add_help=False)
     parser._positionals.title, parser._optionals.title = say("command.arguments"), say("command.options")

@@ -8,6 +8,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from .errors import CourseError
+from .progress import Progress
 
 
 def result_places(paths, out: Path) -> dict:
@@ -29,7 +30,7 @@ def hold(file, what: str) -> None:
     try:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
-        print(f"waiting for another ./course that {what} …", file=sys.stderr, flush=True)
+        print(Progress.say.translate(f"waiting for another ./course that {what} …"), file=sys.stderr, flush=True)
         fcntl.flock(file, fcntl.LOCK_EX)
     except OSError:  # a file system without locks: then only the names of temporary files keep two runs apart
         pass
