@@ -10,7 +10,7 @@ from ch5_backend.course.base.anchors import anchor
 from ch5_backend.course.homework import stage_tables
 from tests.docs.markdown import (DECKS, ENGINEERS, GUIDES, HANDOUTS, LIBRARY, PAGES, PAPERS, READING, READMES, ROOT, fences, formulas,
                                  handouts, headings, links, prose, read, sections, slides, spans)
-from tests.project import BUILD
+from tests.project import BUILD, run
 
 from slides import build
 
@@ -122,6 +122,7 @@ class Documents(unittest.TestCase):
         for path, words in ((BUILD / "CMakeCache.txt", f"CMAKE_PROJECT_VERSION:STATIC={version}\n"),
                             (ROOT / ".github/CITATION.cff", f"\nversion: {version}\n"), (ROOT / ".github/CHANGELOG.md", f"\n## {version} (")):
             self.assertIn(words, read(path), path)
+        self.assertEqual(run(ROOT / "course", "--version").stdout, version + "\n")
 
     def test_front_page_is_short(self):
         for path in READMES:
