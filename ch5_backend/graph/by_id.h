@@ -57,6 +57,12 @@ class ById {
     ++holes_;
   }
 
+  /// Keeps its memory.
+  void Clear() {
+    items_.clear();
+    ids_.clear();
+    holes_ = 0;
+  }
   void Swap(ById* other) noexcept {
     items_.swap(other->items_);
     ids_.swap(other->ids_);

@@ -5,10 +5,9 @@
 ///   class EdgeReprojection : public SizedEdge<2, …>, public FastEdge { … };
 
 #include <memory>
-#include <unordered_map>
-#include <vector>
 
 #include "ch5_backend/graph/edge.h"
+#include "ch5_backend/math/key_numbers.h"
 #include "ch5_backend/math/simd.h"
 
 namespace ch5 {
@@ -68,20 +67,12 @@ inline const FastEdge* AsFast(const Edge& edge) { return dynamic_cast<const Fast
 template <typename V>
 class VertexNumbers {
  public:
-  void Clear() {
-    vertices_.clear();
-    number_.clear();
-  }
-  int Of(const V& vertex) {
-    const auto [it, is_new] = number_.try_emplace(&vertex, static_cast<int>(vertices_.size()));
-    if (is_new) vertices_.push_back(&vertex);
-    return it->second;
-  }
-  const std::vector<const V*>& Vertices() const { return vertices_; }
+  void Clear() { numbers_.Clear(); }
+  int Of(const V& vertex) { return numbers_.Of(&vertex); }
+  const std::vector<const V*>& Vertices() const { return numbers_.Keys(); }
 
  private:
-  std::vector<const V*> vertices_;
-  std::unordered_map<const V*, int> number_;
+  KeyNumbers<const V*> numbers_;
 };
 
 }  // namespace ch5

@@ -12,9 +12,10 @@ void Graph::Clear() {
   num_removed_edges_ += Edges().size();
   for (const auto& edge : Edges()) edge->id_ = -1;
   for (const auto& vertex : Vertices()) vertex->id_ = vertex->ordering_id_ = -1;
-  ById<Edge>().Swap(&edges_);
-  ById<Vertex>().Swap(&vertices_);
+  edges_.Clear();
+  vertices_.Clear();
   is_listed_ = false;
+  num_walks_ = 0;
   edge_ids_.clear();
   stack_.clear();
   next_vertex_id_ = next_edge_id_ = 0;
@@ -25,6 +26,7 @@ void Graph::Swap(Graph* other) noexcept {
   edges_.Swap(&other->edges_);
   is_listed_ = other->is_listed_.exchange(is_listed_);
   edge_ids_.swap(other->edge_ids_);
+  std::swap(num_walks_, other->num_walks_);
   std::swap(next_vertex_id_, other->next_vertex_id_);
   std::swap(next_edge_id_, other->next_edge_id_);
   std::swap(num_removed_edges_, other->num_removed_edges_);
@@ -122,26 +124,35 @@ std::vector<std::shared_ptr<Edge>> Graph::EdgesOf(const Vertex& vertex) const {
 
 void Graph::RemoveEdge(const std::shared_ptr<Edge>& edge) {
   if (!edge || !Contains(*edge)) throw GraphError("RemoveEdge: the edge is not in this graph");
-  Edge& leaves = *edge;
-  if (is_listed_) Unlist(leaves, nullptr);
+  TakeOut(edge.get(), nullptr);
+}
+
+// @param but  a vertex whose list goes as a whole
+void Graph::TakeOut(Edge* edge, const Vertex* but) {
+  if (is_listed_) Unlist(*edge, but);
   ++num_removed_edges_;
-  edges_.Remove(std::exchange(leaves.id_, -1));
+  edges_.Remove(std::exchange(edge->id_, -1));
 }
 
 void Graph::RemoveVertices(const std::vector<std::shared_ptr<Vertex>>& vertices) {
   for (const auto& vertex : vertices) {
     if (!vertex || !Contains(*vertex)) throw GraphError("RemoveVertex: the vertex is not in this graph");
   }
+  if (vertices.empty()) return;
+  // To list the edges of all vertices takes as long as several walks along the edges: a window, which is built anew for each
+  // image, is walked along.
+  constexpr int kWalks = 4;
+  if (!is_listed_ && num_walks_++ < kWalks) {
+    for (const auto& edge : EdgesAt(*this, vertices)) TakeOut(edge.get(), nullptr);
+  } else {
+    EdgeIdsOf(*vertices.front());
+  }
   for (const auto& vertex : std::vector(vertices)) {  // a copy: these may be the graph's own
     if (vertex->id_ < 0) continue;                    // named twice
-    for (const int id : EdgeIdsOf(*vertex)) {
-      const auto edge = edges_.Find(id);
-      Unlist(*edge, vertex.get());
-      ++num_removed_edges_;
-      edge->id_ = -1;
-      edges_.Remove(id);
+    if (is_listed_) {
+      for (const int id : EdgeIdsOf(*vertex)) TakeOut(edges_.Find(id).get(), vertex.get());
+      edge_ids_.erase(vertex.get());
     }
-    edge_ids_.erase(vertex.get());
     vertices_.Remove(std::exchange(vertex->id_, -1));
     vertex->ordering_id_ = -1;
   }

@@ -49,7 +49,8 @@ class Graph {
   int AddEdge(std::shared_ptr<Edge> edge, int id);
   int AddEdge(std::shared_ptr<Edge> edge) { return AddEdge(std::move(edge), next_edge_id_); }
 
-  /// Removes an edge, or a vertex with all its edges, in time proportional to the vertex' degree. The other ids stay.
+  /// Removes an edge, or a vertex with all its edges, in time proportional to the vertex' degree (see EdgesOf). The other ids
+  /// stay.
   /// @throws GraphError if it is not in this graph
   void RemoveEdge(const std::shared_ptr<Edge>& edge);
   void RemoveVertex(const std::shared_ptr<Vertex>& vertex) { RemoveVertices({vertex}); }
@@ -70,8 +71,8 @@ class Graph {
   const std::vector<std::shared_ptr<Vertex>>& Vertices() const { return vertices_.All(); }
   const std::vector<std::shared_ptr<Edge>>& Edges() const { return edges_.All(); }
 
-  /// The edges at a vertex, in order of id. The first call, or RemoveVertex, lists those of all vertices; from then on it takes
-  /// time proportional to the vertex' degree.
+  /// The edges at a vertex, in order of id. The first call, or the fifth of RemoveVertices, lists those of all vertices; from
+  /// then on it takes time proportional to the vertex' degree.
   std::vector<std::shared_ptr<Edge>> EdgesOf(const Vertex& vertex) const;
 
   /// As long as it lives, one thread solves the graph.
@@ -109,11 +110,13 @@ class Graph {
   const std::vector<int>& EdgeIdsOf(const Vertex& vertex) const;
   void List(const Edge& edge) const;
   void Unlist(const Edge& edge, const Vertex* but);
+  void TakeOut(Edge* edge, const Vertex* but);
 
   ById<Vertex> vertices_;
   ById<Edge> edges_;
   mutable std::mutex listing_;
   mutable std::atomic<bool> is_listed_ = false;
+  int num_walks_ = 0;                                                     // of RemoveVertices along all edges
   mutable std::unordered_map<const Vertex*, std::vector<int>> edge_ids_;  // ascending; if is_listed_
   int next_vertex_id_ = 0;
   int next_edge_id_ = 0;

@@ -38,21 +38,21 @@ struct MultiplyPadded {
 
 }  // namespace
 
-void SymmetricBlockMatrix::SetPattern(std::vector<int> dims, const std::vector<std::vector<int>>& rows_of_column) {
+void SymmetricBlockMatrix::SetPattern(std::vector<int> dims, const Lists& rows_of_column) {
   dims_ = std::move(dims);
   offsets_.assign(1, 0);
+  offsets_.reserve(dims_.size() + 1);
   for (const int dim : dims_) offsets_.push_back(offsets_.back() + dim);
-  column_begin_.assign(1, 0);
-  rows_.clear();
+  column_begin_ = rows_of_column.begin;
+  rows_ = rows_of_column.items;
   value_begin_.clear();
+  value_begin_.reserve(rows_.size());
   int size = 0;
-  for (size_t j = 0; j < dims_.size(); ++j) {
+  for (int j = 0; j < NumColumns(); ++j) {
     for (const int i : rows_of_column[j]) {
-      rows_.push_back(i);
       value_begin_.push_back(size);
       size += Stride(dims_[i]) * dims_[j];
     }
-    column_begin_.push_back(static_cast<int>(rows_.size()));
   }
   SetZeros(static_cast<size_t>(size), &values_);
 }

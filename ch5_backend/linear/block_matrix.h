@@ -14,6 +14,7 @@
 
 #include "ch5_backend/linear/aligned_vector.h"
 #include "ch5_backend/math/eigen_types.h"
+#include "ch5_backend/math/lists.h"
 #include "ch5_backend/math/simd.h"
 
 namespace ch5 {
@@ -33,7 +34,7 @@ class SymmetricBlockMatrix {
   /// Builds the pattern; all values are zero.
   /// @param dims  size of each diagonal block
   /// @param rows_of_column  ascending block rows i ≥ j of each column j, the diagonal first
-  void SetPattern(std::vector<int> dims, const std::vector<std::vector<int>>& rows_of_column);
+  void SetPattern(std::vector<int> dims, const Lists& rows_of_column);
 
   int NumColumns() const { return static_cast<int>(dims_.size()); }
   int Dim(int block) const { return At(dims_, block); }

@@ -8,8 +8,6 @@
 namespace ch5 {
 namespace {
 
-using Lists = std::vector<std::vector<int>>;
-
 // All neighbors of each block, on both sides of the diagonal, without itself.
 Lists Neighbors(const SymmetricBlockMatrix& A) {
   const auto for_each_pair = [&A](const auto& pair) {
@@ -17,11 +15,14 @@ Lists Neighbors(const SymmetricBlockMatrix& A) {
       for (int block = A.ColumnBegin(j) + 1; block < A.ColumnBegin(j + 1); ++block) pair(A.Row(block), j);
     }
   };
-  std::vector<size_t> count(static_cast<size_t>(A.NumColumns()), 0);
-  for_each_pair([&](int i, int j) { ++count[i], ++count[j]; });
-  Lists neighbors(count.size());
-  for (size_t k = 0; k < count.size(); ++k) neighbors[k].reserve(count[k]);
-  for_each_pair([&](int i, int j) { neighbors[i].push_back(j), neighbors[j].push_back(i); });
+  Lists neighbors;
+  std::vector<int>& begin = neighbors.begin;  // until they are written: one place on, to be moved
+  begin.assign(static_cast<size_t>(A.NumColumns()) + 2, 0);
+  for_each_pair([&](int i, int j) { ++begin[i + 2], ++begin[j + 2]; });
+  for (size_t k = 2; k < begin.size(); ++k) begin[k] += begin[k - 1];
+  neighbors.items.resize(static_cast<size_t>(begin.back()));
+  for_each_pair([&](int i, int j) { neighbors.items[begin[i + 1]++] = j, neighbors.items[begin[j + 1]++] = i; });
+  begin.pop_back();
   return neighbors;
 }
 
@@ -34,8 +35,9 @@ std::vector<int> Invert(const std::vector<int>& order) {
 // Blocks by their distance from the first one, the farthest first; each component of the graph for itself.
 std::vector<int> FarthestFirst(const Lists& neighbors) {
   std::vector<int> order;
-  std::vector<bool> seen(neighbors.size(), false);
-  for (int start = 0; start < static_cast<int>(neighbors.size()); ++start) {
+  order.reserve(static_cast<size_t>(neighbors.size()));
+  std::vector<bool> seen(static_cast<size_t>(neighbors.size()), false);
+  for (int start = 0; start < neighbors.size(); ++start) {
     if (seen[start]) continue;
     seen[start] = true;
     size_t next = order.size();
@@ -56,7 +58,7 @@ std::vector<int> FarthestFirst(const Lists& neighbors) {
 // so that their neighbors are not taken for the ends of a chain.
 std::vector<int> MinimumDegreeOrder(const Lists& neighbors, int last) {
   constexpr int kClique = 6;
-  const int n = static_cast<int>(neighbors.size()), m = n + (last > 0 ? kClique : 0);
+  const int n = neighbors.size(), m = n + (last > 0 ? kClique : 0);
   const std::vector<int> names = FarthestFirst(neighbors), new_name = Invert(names);
   Eigen::SparseMatrix<double> pattern(m, m);
   pattern.reserve(Eigen::VectorXi::NullaryExpr(
@@ -74,6 +76,7 @@ std::vector<int> MinimumDegreeOrder(const Lists& neighbors, int last) {
   Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> permutation;
   Eigen::AMDOrdering<int>()(pattern.selfadjointView<Eigen::Lower>(), permutation);
   std::vector<int> order;
+  order.reserve(static_cast<size_t>(n));
   for (int k = 0; k < m; ++k) {
     if (permutation.indices()[k] < n) order.push_back(names[permutation.indices()[k]]);
   }
@@ -103,17 +106,18 @@ std::vector<int> EliminationTree(const Lists& neighbors, const std::vector<int>&
 // the child just before it.
 std::vector<int> Postorder(const std::vector<int>& parent) {
   const int n = static_cast<int>(parent.size());
-  std::vector<int> size(parent.size(), 1), roots, postorder, stack;
-  Lists children(parent.size());
+  std::vector<int> size(parent.size(), 1), postorder, stack;
+  postorder.reserve(parent.size());
   for (int k = 0; k < n; ++k) {
     if (parent[k] >= 0) size[parent[k]] += size[k];
-    (parent[k] >= 0 ? children[parent[k]] : roots).push_back(k);
   }
-  for (auto& list : children) {
-    std::stable_sort(list.begin(), list.end(), [&](int a, int b) { return size[a] < size[b]; });
+  Lists children = ChildrenOf(parent);
+  const auto is_smaller = [&](int a, int b) { return size[a] != size[b] ? size[a] < size[b] : a < b; };
+  for (int k = 0; k < n; ++k) {
+    std::sort(children.items.begin() + children.begin[k], children.items.begin() + children.begin[k + 1], is_smaller);
   }
   // Reversed, a preorder that visits the last child first is a postorder.
-  for (const int root : roots) {
+  for (const int root : children[n]) {
     const size_t begin = postorder.size();
     stack.assign(1, root);
     while (!stack.empty()) {
@@ -130,9 +134,10 @@ std::vector<int> Postorder(const std::vector<int>& parent) {
 // Fronts of consecutive blocks with exactly the same later neighbors; a block without such a partner is one alone.
 std::vector<Front> ExactFronts(const Lists& neighbors, const EliminationPlan& plan, const std::vector<int>& parent) {
   const int n = static_cast<int>(plan.order.size());
-  Lists below(plan.order.size()), children(plan.order.size());
-  std::vector<int> seen_by(plan.order.size(), -1), found;
+  const Lists children = ChildrenOf(parent);
+  std::vector<int> seen_by(plan.order.size(), -1), front_of(plan.order.size()), found;
   std::vector<Front> fronts;
+  size_t below_last = 0;  // the length of block k − 1's list
   for (int k = 0; k < n; ++k) {
     const auto add = [&](int i) {
       if (i <= k || seen_by[i] == k) return;
@@ -141,19 +146,16 @@ std::vector<Front> ExactFronts(const Lists& neighbors, const EliminationPlan& pl
     };
     found.clear();
     for (const int neighbor : neighbors[plan.order[k]]) add(plan.position[neighbor]);
-    for (const int child : children[k]) {
-      for (const int i : below[child]) add(i);
+    for (const int child : children[k]) {  // the last block of its front
+      for (const int i : fronts[front_of[child]].below) add(i);
     }
     std::sort(found.begin(), found.end());
-    below[k] = found;
-    if (parent[k] >= 0) children[parent[k]].push_back(k);
-
-    const bool like_last = k > 0 && parent[k - 1] == k && below[k - 1].size() == below[k].size() + 1;
+    const bool like_last = k > 0 && parent[k - 1] == k && below_last == found.size() + 1;
     if (!like_last) fronts.push_back({k, k, {}});
+    front_of[k] = static_cast<int>(fronts.size()) - 1;
     fronts.back().last = k + 1;
-    fronts.back().below = below[k];
-    // From here on only the list of the last block of a front is used.
-    for (const int child : children[k]) below[child] = {};
+    fronts.back().below = found;
+    below_last = found.size();
   }
   return fronts;
 }
@@ -173,7 +175,7 @@ double Cost(double k, double r) {
 }
 
 // Merges a front with the child just before it wherever the stored zeros cost less than the merging saves.
-std::vector<Front> MergeFronts(const std::vector<Front>& exact) {
+std::vector<Front> MergeFronts(std::vector<Front> exact) {
   std::vector<Front> merged;  // backwards
   for (auto front = exact.rbegin(); front != exact.rend(); ++front) {
     if (!merged.empty() && !front->below.empty()) {
@@ -186,13 +188,23 @@ std::vector<Front> MergeFronts(const std::vector<Front>& exact) {
         continue;
       }
     }
-    merged.push_back(*front);
+    merged.push_back(std::move(*front));
   }
   std::reverse(merged.begin(), merged.end());
   return merged;
 }
 
 }  // namespace
+
+Lists ChildrenOf(const std::vector<int>& parent) {
+  Lists children;
+  const int n = static_cast<int>(parent.size());
+  children.items.resize(parent.size());
+  std::iota(children.items.begin(), children.items.end(), 0);
+  children.begin = KeySort()(children.items.begin(), children.items.end(), n + 1,  // roots behind all others
+                             [&](int k) { return parent[k] < 0 ? n : parent[k]; });
+  return children;
+}
 
 std::vector<int> EliminationPlan::FrontOfEachBlock() const {
   std::vector<int> front_of(order.size());
@@ -203,8 +215,8 @@ std::vector<int> EliminationPlan::FrontOfEachBlock() const {
 }
 
 EliminationPlan PlanElimination(const SymmetricBlockMatrix& A) {
-  std::vector<int> dims;
-  for (int block = 0; block < A.NumColumns(); ++block) dims.push_back(A.Dim(block));
+  std::vector<int> dims(static_cast<size_t>(A.NumColumns()));
+  for (int block = 0; block < A.NumColumns(); ++block) dims[block] = A.Dim(block);
   return PlanElimination(dims, Neighbors(A));
 }
 
@@ -212,15 +224,17 @@ EliminationPlan PlanElimination(const std::vector<int>& dims, const Lists& neigh
   EliminationPlan plan;
   if (dims.empty()) return plan;
   const std::vector<int> order = MinimumDegreeOrder(neighbors, last);
+  plan.order.reserve(dims.size());
   for (const int k : Postorder(EliminationTree(neighbors, order))) plan.order.push_back(order[k]);
   plan.position = Invert(plan.order);
-  plan.offset.assign(1, 0);
+  plan.offset.reserve(dims.size() + 1);
+  plan.offset.push_back(0);
   for (const int block : plan.order) plan.offset.push_back(plan.offset.back() + dims[block]);
 
   // A postorder of the tree has the same fill-in as the order that gave the tree, and the same tree, renumbered.
   std::vector<Front> exact = ExactFronts(neighbors, plan, EliminationTree(neighbors, plan.order));
   for (Front& front : exact) SetSizes(plan, &front);
-  plan.fronts = MergeFronts(exact);
+  plan.fronts = MergeFronts(std::move(exact));
   const std::vector<int> front_of = plan.FrontOfEachBlock();
   for (Front& front : plan.fronts) {
     if (!front.below.empty()) front.parent = front_of[front.below[0]];

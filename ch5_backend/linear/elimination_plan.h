@@ -52,8 +52,10 @@ EliminationPlan PlanElimination(const SymmetricBlockMatrix& A);
 /// The same for a pattern without a matrix.
 /// @param dims  the size of each block;  @param neighbors  of each, on both sides of the diagonal, without itself, each once
 /// @param last  the blocks [0, last) are eliminated last
-EliminationPlan PlanElimination(const std::vector<int>& dims, const std::vector<std::vector<int>>& neighbors,
-                                int last = 0);
+EliminationPlan PlanElimination(const std::vector<int>& dims, const Lists& neighbors, int last = 0);
+
+/// The children of each node of a tree or of several, ascending; behind them the roots, whose parent is −1.
+Lists ChildrenOf(const std::vector<int>& parent);
 
 /// The plan that treats A as a dense matrix: one front of all blocks.
 EliminationPlan PlanOneFront(const SymmetricBlockMatrix& A);

@@ -13,13 +13,13 @@ namespace ch5 {
 bool SparseCholesky::Factorize(const SymmetricBlockMatrix& A, const VecX& min_pivot) {
   for (size_t i = 0; i < permutation_.size(); ++i) min_pivot_[static_cast<long>(i)] = min_pivot[permutation_[i]];
   std::atomic<bool> ok{true};
-  ParallelFor(pool_, static_cast<int>(tasks_.size()) - 1, 1, [&](int t, int) {
+  ParallelFor(pool_, tasks_.size() - 1, 1, [&](int t, int) {
     for (const int f : tasks_[t]) {
       if (!ok.load(std::memory_order_relaxed)) return;
       if (!FactorFront(A, f, nullptr)) ok = false;
     }
   });
-  for (const int f : tasks_.back()) {
+  for (const int f : tasks_[tasks_.size() - 1]) {
     if (!ok) return false;
     if (!FactorFront(A, f, pool_)) ok = false;
   }
@@ -34,10 +34,10 @@ bool SparseCholesky::FactorFront(const SymmetricBlockMatrix& A, int f, ThreadPoo
 
   std::fill_n(columns, static_cast<ptrdiff_t>(m) * k + kernels::kOverread, 0.0);
   CopyBlocks(A, place, m);
-  for (const int child : place.children) AddToColumns(child, f);
+  for (const int child : children_[f]) AddToColumns(child, f);
   if (!kernels::Factor(k, columns, m, min_pivot_.data() + plan_.offset[front.first], pool)) return false;
   kernels::Eliminate(r, k, columns, columns + k, m, updates_.data() + place.update, r, kernels::Accumulate::kNo, pool);
-  for (const int child : place.children) AddToUpdate(child, f);
+  for (const int child : children_[f]) AddToUpdate(child, f);
   return true;
 }
 

@@ -50,7 +50,6 @@ class SparseCholesky {
     ptrdiff_t columns, update;
     int copies_begin, copies_end;
     int runs_begin, runs_below, runs_end;  // from runs_below on they are below the parent's pivots
-    std::vector<int> children;
   };
 
   void PlaceColumns();
@@ -67,9 +66,10 @@ class SparseCholesky {
   EliminationPlan plan_;
   ThreadPool* pool_ = nullptr;
   std::vector<FrontMemory> places_;
+  Lists children_;  // of each front
   std::vector<Copy> copies_;
   std::vector<RowRun> runs_;
-  std::vector<std::vector<int>> tasks_;  // fronts that one thread works through, children first; the last waits for all
+  Lists tasks_;  // fronts that one thread works through, children first; the last waits for all
   AlignedVector L_, updates_;
   std::vector<int> permutation_;   // number i in elimination order is number permutation_[i] of A
   VecX min_pivot_, x_, gathered_;  // the first two in elimination order; the rows below a front

@@ -2,6 +2,7 @@
 // thread does what.
 
 #include <algorithm>
+#include <numeric>
 
 #include "ch5_backend/linear/sparse_cholesky.h"
 #include "ch5_backend/math/dense_kernels.h"
@@ -11,16 +12,16 @@ void SparseCholesky::Analyze(const SymmetricBlockMatrix& A, EliminationPlan plan
   pool_ = pool;
   plan_ = std::move(plan);
   places_.assign(plan_.fronts.size(), {});
-  for (size_t f = 0; f < plan_.fronts.size(); ++f) {
-    const int parent = plan_.fronts[f].parent;
-    if (parent >= 0) places_[parent].children.push_back(static_cast<int>(f));
-  }
+  std::vector<int> parent(places_.size());
+  for (size_t f = 0; f < places_.size(); ++f) parent[f] = plan_.fronts[f].parent;
+  children_ = ChildrenOf(parent);
   PlaceColumns();
   PlanGathering(A);
   PlanTasks();
   PlaceUpdates();
 
   permutation_.clear();
+  permutation_.reserve(static_cast<size_t>(A.Size()));
   for (const int block : plan_.order) {
     for (int i = 0; i < A.Dim(block); ++i) permutation_.push_back(A.Offset(block) + i);
   }
@@ -43,19 +44,20 @@ void SparseCholesky::PlaceColumns() {
 
 // A block (i, j) of A goes to the front that eliminates the earlier of the two; a child's U goes to its parent.
 void SparseCholesky::PlanGathering(const SymmetricBlockMatrix& A) {
-  struct Pair {
-    int block, i, j;
-  };
-  const std::vector<int> front_of = plan_.FrontOfEachBlock();
-  std::vector<std::vector<Pair>> pairs(places_.size());
+  std::vector<int> column(static_cast<size_t>(A.NumBlocks()));  // of each block
   for (int j = 0; j < A.NumColumns(); ++j) {
-    for (int block = A.ColumnBegin(j); block < A.ColumnBegin(j + 1); ++block) {
-      const int i = A.Row(block);
-      pairs[front_of[std::min(plan_.position[i], plan_.position[j])]].push_back({block, i, j});
-    }
+    std::fill(column.begin() + A.ColumnBegin(j), column.begin() + A.ColumnBegin(j + 1), j);
   }
+  const std::vector<int> front_of = plan_.FrontOfEachBlock();
+  Lists blocks;  // of each front
+  blocks.items.resize(column.size());
+  std::iota(blocks.items.begin(), blocks.items.end(), 0);
+  blocks.begin = KeySort()(blocks.items.begin(), blocks.items.end(), static_cast<int>(places_.size()), [&](int block) {
+    return front_of[std::min(plan_.position[A.Row(block)], plan_.position[column[block]])];
+  });
 
   copies_.clear();
+  copies_.reserve(column.size());
   runs_.clear();
   std::vector<int> row_of(plan_.order.size());  // of a block (in elimination order) in the front at hand
   for (size_t f = 0; f < places_.size(); ++f) {
@@ -69,14 +71,15 @@ void SparseCholesky::PlanGathering(const SymmetricBlockMatrix& A) {
     for (const int block : front.below) next_row(block);
 
     places_[f].copies_begin = static_cast<int>(copies_.size());
-    for (const auto& [block, i, j] : pairs[f]) {
+    for (const int block : blocks[static_cast<int>(f)]) {
+      const int i = A.Row(block), j = column[block];
       const int row_i = row_of[plan_.position[i]], row_j = row_of[plan_.position[j]];
       const ptrdiff_t column = std::min(row_i, row_j);
       const ptrdiff_t target = places_[f].columns + std::max(row_i, row_j) + column * row;
       copies_.push_back({block, A.Dim(i), A.Dim(j), target, row_i < row_j});
     }
     places_[f].copies_end = static_cast<int>(copies_.size());
-    for (const int child : places_[f].children) PlanRuns(child, front.pivots, row_of);
+    for (const int child : children_[static_cast<int>(f)]) PlanRuns(child, front.pivots, row_of);
   }
 }
 
@@ -109,7 +112,7 @@ void SparseCholesky::PlanTasks() {
   for (int f = 0; f < n; ++f) {
     const double k = plan_.fronts[f].pivots, m = k + plan_.fronts[f].rows_below;
     work[f] += k * m * m;
-    for (const int child : places_[f].children) work[f] += work[child];
+    for (const int child : children_[f]) work[f] += work[child];
   }
   double total = 0.0;
   for (int f = 0; f < n; ++f) total += plan_.fronts[f].parent < 0 ? work[f] : 0.0;
@@ -122,14 +125,16 @@ void SparseCholesky::PlanTasks() {
     if (work[f] <= small && (parent < 0 || work[parent] > small)) roots.push_back(f);
   }
   std::stable_sort(roots.begin(), roots.end(), [&](int a, int b) { return work[a] > work[b]; });
-  tasks_.assign(roots.size() + 1, {});
   std::vector<int> task_of(places_.size(), static_cast<int>(roots.size()));
   for (size_t t = 0; t < roots.size(); ++t) task_of[roots[t]] = static_cast<int>(t);
   for (int f = n - 1; f >= 0; --f) {
     const int parent = plan_.fronts[f].parent;
     if (parent >= 0 && work[parent] <= small) task_of[f] = task_of[parent];
   }
-  for (int f = 0; f < n; ++f) tasks_[task_of[f]].push_back(f);
+  tasks_.items.resize(places_.size());
+  std::iota(tasks_.items.begin(), tasks_.items.end(), 0);
+  tasks_.begin = KeySort()(tasks_.items.begin(), tasks_.items.end(), static_cast<int>(roots.size()) + 1,
+                           [&](int f) { return task_of[f]; });
 }
 
 // U is needed from its front until its parent. In a postorder a stack would do, but a front's U is computed while those
@@ -140,26 +145,26 @@ void SparseCholesky::PlaceUpdates() {
   for (int f = n - 1; f >= 0; --f) {
     if (plan_.fronts[f].parent >= 0) generation[f] = 1 - generation[plan_.fronts[f].parent];
   }
-  for (size_t t = 0; t < tasks_.size(); ++t) {
-    for (const int f : tasks_[t]) task_of[f] = static_cast<int>(t);
+  for (int t = 0; t < tasks_.size(); ++t) {
+    for (const int f : tasks_[t]) task_of[f] = t;
   }
   const auto size = [&](int f) {
     const ptrdiff_t r = plan_.fronts[f].rows_below;
     return r * r + kernels::kOverread;
   };
   ptrdiff_t base = 0;
-  for (const std::vector<int>& task : tasks_) {
+  for (int t = 0; t < tasks_.size(); ++t) {
     ptrdiff_t top[2] = {0, 0}, peak[2] = {0, 0};
-    for (const int f : task) {
+    for (const int f : tasks_[t]) {
       const int g = generation[f];
       places_[f].update = top[g];  // within its stack
       top[g] += size(f);
       peak[g] = std::max(peak[g], top[g]);
-      for (const int child : places_[f].children) {
+      for (const int child : children_[f]) {
         if (task_of[child] == task_of[f]) top[1 - g] -= size(child);
       }
     }
-    for (const int f : task) places_[f].update += base + (generation[f] == 0 ? 0 : peak[0]);
+    for (const int f : tasks_[t]) places_[f].update += base + (generation[f] == 0 ? 0 : peak[0]);
     base += peak[0] + peak[1];
   }
   updates_ = AlignedVector(static_cast<size_t>(base));

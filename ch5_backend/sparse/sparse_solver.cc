@@ -42,8 +42,7 @@ void SparseSolver::SetOrdering() {
   }
   is_ordered_ = false;
   structure_ = BuildStructure(std::move(ordering));
-  const bool tied_by_landmarks_alone = std::all_of(structure_.H_pp_pattern.begin(), structure_.H_pp_pattern.end(),
-                                                   [](const std::vector<int>& rows) { return rows.size() == 1; });
+  const bool tied_by_landmarks_alone = structure_.H_pp_pattern.items.size() == structure_.poses.size();
   const ReducedSolverType type = ChooseReducedSolver(reduced_type_, structure_.NumPoses(), tied_by_landmarks_alone);
   pool_.Run(2, [&](int task) {  // the two know nothing of each other
     if (task == 1)
@@ -68,7 +67,7 @@ void SparseSolver::PrepareImplicitSolver(ReducedSolverType type) {
 }
 
 // A solver that is kept knows its last pattern, and need not plan again for the same one.
-void SparseSolver::PrepareReducedSolver(ReducedSolverType type, const std::vector<std::vector<int>>& S_pattern) {
+void SparseSolver::PrepareReducedSolver(ReducedSolverType type, const Lists& S_pattern) {
   eliminated_.Resize(structure_, false);
   eliminated_.S.SetPattern(structure_.pose_dim, S_pattern);
   implicit_.reset();
@@ -79,7 +78,7 @@ void SparseSolver::PrepareReducedSolver(ReducedSolverType type, const std::vecto
 
 bool SparseSolver::SolveExactly() {
   if (!implicit_ || reduced_type_ != ReducedSolverType::kAutomatic) return false;
-  const std::vector<std::vector<int>> S_pattern = SchurPattern(structure_);
+  const Lists S_pattern = SchurPattern(structure_);
   if (!CanFactor(S_pattern)) return false;
   PrepareReducedSolver(ReducedSolverType::kAutomatic, S_pattern);
   is_ordered_ = has_step_ = false;  // the next SetOrdering starts from scratch
@@ -88,7 +87,7 @@ bool SparseSolver::SolveExactly() {
 
 // Whether factoring S takes no more multiplications than the longest inexact solution, whose products take two for each number
 // of H_pl. Where S itself has s numbers in n columns, any order takes s²/2n at least: a full S is not even stored.
-bool SparseSolver::CanFactor(const std::vector<std::vector<int>>& S_pattern) const {
+bool SparseSolver::CanFactor(const Lists& S_pattern) const {
   const double products = iterative_.max_terms + iterative_.max_iterations;
   const double most = products * 2.0 * structure_.num_H_pl_values;
   double numbers = 0.0;

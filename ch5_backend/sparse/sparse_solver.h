@@ -79,8 +79,8 @@ class SparseSolver : public NormalEquations {
 
  private:
   void PrepareImplicitSolver(ReducedSolverType type);
-  void PrepareReducedSolver(ReducedSolverType type, const std::vector<std::vector<int>>& S_pattern);
-  bool CanFactor(const std::vector<std::vector<int>>& S_pattern) const;
+  void PrepareReducedSolver(ReducedSolverType type, const Lists& S_pattern);
+  bool CanFactor(const Lists& S_pattern) const;
   int EdgesInBatch() const { return batches_.Active() ? structure_.num_landmark_edges : 0; }
   bool SolvePoses(const DampingRule& rule, VecX* delta_poses);
 

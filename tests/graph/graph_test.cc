@@ -134,6 +134,28 @@ TEST(Graph, ListsTheEdgesOfAVertexAsTheGraphChanges) {
   EXPECT_TRUE(moved.Vertices().empty() && moved.Edges().empty());
 }
 
+TEST(Graph,
+     RemovesTheSameEdgesHoweverOftenItIsAsked) {  // the first few times it walks along all edges, then it has lists
+  Graph graph;
+  std::vector<std::shared_ptr<VertexPose>> poses;
+  for (int k = 0; k < 12; ++k) {
+    poses.push_back(NewPose());
+    graph.AddVertex(poses.back());
+  }
+  const auto depth = NewDepth();
+  graph.AddVertex(depth);
+  for (const auto& pose : poses) graph.AddEdge(NewPrior(pose));
+  for (int k = 0; k + 1 < 12; ++k) graph.AddEdge(NewReprojection(depth, poses[k], poses[k + 1]));
+  for (size_t k = 0; k < 10; ++k) {
+    graph.RemoveVertices({poses[k], poses[k]});
+    EXPECT_EQ(graph.Edges().size(), 2 * (12 - k - 1) - 1);
+    graph.AddEdge(NewPrior(poses[11]));
+    graph.RemoveEdge(graph.Edges().back());
+  }
+  EXPECT_EQ(graph.EdgesOf(*depth).size(), 1u);
+  EXPECT_EQ(graph.EdgesOf(*poses[10]).size(), 2u);
+}
+
 // ../sanitizers sees it too. Without the lock 41 to 54 of the 200 rounds went wrong.
 TEST(Graph, MayBeReadByTwoThreadsAtOnce) {
   Graph graph;

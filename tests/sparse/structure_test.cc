@@ -54,7 +54,7 @@ TEST(Structure, ListsEdgesLandmarkByLandmarkThenThoseOfPosesThenConstantOnes) {
   const auto& edges = small.graph.Edges();
   const size_t order[] = {4, 5, 2, 3, 6, 7, 0, 1, 8};
   for (size_t e = 0; e < 9; ++e) EXPECT_EQ(s.edges[e].edge, edges[order[e]].get()) << e;
-  EXPECT_EQ(s.H_pp_pattern, (std::vector<Numbers>{{0, 2}, {1}, {2}})) << "landmarks' edges hold one pose each";
+  EXPECT_EQ(s.H_pp_pattern, (Lists{{0, 2}, {1}, {2}})) << "landmarks' edges hold one pose each";
   const auto blocks = [&](int e, int count) {
     const auto begin = s.edge_blocks.begin() + s.edges[e].blocks_begin;
     return Numbers(begin, begin + count);
@@ -69,7 +69,7 @@ TEST(Structure, ListsEdgesLandmarkByLandmarkThenThoseOfPosesThenConstantOnes) {
 TEST(SchurGroups, TakeTogetherWhatTheSamePosesSee) {
   const SmallGraph small;
   const Structure s = BuildStructure(MakeOrdering(small.graph));
-  EXPECT_EQ(SchurPattern(s), (std::vector<Numbers>{{0, 1, 2}, {1, 2}, {2}}));
+  EXPECT_EQ(SchurPattern(s), (Lists{{0, 1, 2}, {1, 2}, {2}}));
   SymmetricBlockMatrix S;
   S.SetPattern(s.pose_dim, SchurPattern(s));
   for (const int threads : {1, 2, 3}) {

@@ -1,6 +1,10 @@
 /// The estimators on simulated recordings, against the truth.
 #include <gtest/gtest.h>
 
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
@@ -97,6 +101,29 @@ TEST(Estimator, DoesNotDependOnTheClock) {
 }
 
 // Before an image is added, the measurements alone tell where it will be found, up to what the image corrects.
+#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+// What an image gives back serves the next: no page has to come from the system, which may take it long.
+TEST(Estimator, TakesNoMemoryFromTheSystemOnceItTracks) {
+  const auto from_the_system = [] {
+    const struct mallinfo2 memory = mallinfo2();
+    return memory.arena + memory.hblkhd;
+  };
+  const Recording recording = SimulateRoom();
+  for (auto& policy : AllPolicies()) {
+    Estimator estimator(EstimatorOptions{recording.calibration}, std::move(policy));
+    SCOPED_TRACE(estimator.Policy().Name());
+    size_t images = 0, before = 0, after = 0;
+    FeedRecording(recording, &estimator, [&](const Estimator&, const ImageResult& row) {
+      ASSERT_TRUE(++images < 100 || row.report.state);
+      after = from_the_system();
+      if (images == 100) before = after;
+    });
+    ASSERT_GT(images, 300u);
+    EXPECT_EQ(after, before);
+  }
+}
+#endif
+
 TEST(Estimator, PredictsAtTheRateOfTheImu) {
   const Recording recording = SimulateSixSeconds();
   Estimator estimator(EstimatorOptions{recording.calibration}, MakeVinsPolicy());

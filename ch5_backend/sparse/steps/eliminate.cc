@@ -97,6 +97,8 @@ struct InvertRange {
 void FindGroups(const Structure& s, SchurGroups* found) {
   const auto slots = [&](int l) { return s.slot_pose.begin() + s.landmark_slots[l]; };
   int num_blocks = 0;
+  found->poses.reserve(s.slot_pose.size());
+  found->groups.reserve(s.landmarks.size());
   for (int l = 0; l < s.NumLandmarks(); ++l) {
     const bool same = l > 0 && s.landmark_dim[l] == s.landmark_dim[l - 1] &&
                       std::equal(slots(l), slots(l + 1), slots(l - 1), slots(l));
@@ -208,22 +210,23 @@ bool InvertLandmarks(const Structure& s, const Linearized& y, const DampingRule&
   return ok;
 }
 
-std::vector<std::vector<int>> SchurPattern(const Structure& s) {
-  std::vector<std::vector<int>> pattern = s.H_pp_pattern;
+Lists SchurPattern(const Structure& s) {
+  Lists pattern(s.poses.size(), s.H_pp_pattern.items.size() + s.slot_pose.size());
+  std::vector<int>& rows = pattern.items;
   std::vector<int> last_column_of(s.poses.size(), -1);
-  for (int j = 0; j < static_cast<int>(s.poses.size()); ++j) {
-    std::vector<int>& rows = pattern[j];
-    for (const int i : rows) last_column_of[i] = j;
+  const auto add = [&](int i, int j) {
+    if (last_column_of[i] != j) rows.push_back(i);
+    last_column_of[i] = j;
+  };
+  for (int j = 0; j < s.NumPoses(); ++j) {
+    for (const int i : s.H_pp_pattern[j]) add(i, j);
     for (int k = s.pose_slots_begin[j]; k < s.pose_slots_begin[j + 1]; ++k) {
       const int slot = s.pose_slots[k];
-      for (int other = slot + 1; other < s.landmark_slots[s.slot_landmark[slot] + 1]; ++other) {
-        const int i = s.slot_pose[other];
-        if (last_column_of[i] == j) continue;
-        last_column_of[i] = j;
-        rows.push_back(i);
-      }
+      for (int other = slot + 1; other < s.landmark_slots[s.slot_landmark[slot] + 1]; ++other)
+        add(s.slot_pose[other], j);
     }
-    std::sort(rows.begin(), rows.end());
+    std::sort(rows.begin() + pattern.begin.back(), rows.end());
+    pattern.End();
   }
   return pattern;
 }

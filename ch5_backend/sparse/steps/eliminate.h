@@ -49,7 +49,7 @@ bool InvertLandmarks(const Structure& structure, const Linearized& system, const
                      Eliminated* eliminated, SingularRoot singular_root = nullptr);
 
 /// Rows i ≥ j of each column of S, which ties all poses that see one landmark.
-std::vector<std::vector<int>> SchurPattern(const Structure& structure);
+Lists SchurPattern(const Structure& structure);
 
 /// Consecutive landmarks that the same poses see: they change the same blocks of S.
 struct SchurGroup {

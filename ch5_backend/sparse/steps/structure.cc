@@ -9,39 +9,22 @@ namespace {
 
 constexpr int kNone = -1;
 
-// Sorts items [begin, end) by key(item) in [0, num_keys), equal ones in their order.
-// @return where the items of each key begin, and where the last ones end, counted from `begin`
-template <typename Iterator, typename Key>
-std::vector<int> SortByKey(Iterator begin, Iterator end, int num_keys, const Key& key) {
-  std::vector<int> begins(static_cast<size_t>(num_keys) + 2, 0);
-  for (auto item = begin; item != end; ++item) ++begins[key(*item) + 2];
-  for (int k = 2; k <= num_keys; ++k) begins[k] += begins[k - 1];
-  const std::vector<int> items(begin, end);
-  for (const int item : items) begin[begins[key(item) + 1]++] = item;
-  begins.pop_back();
-  return begins;
-}
-
 std::vector<int> Numbers(size_t count) {
   std::vector<int> numbers(count);
   std::iota(numbers.begin(), numbers.end(), 0);
   return numbers;
 }
 
-// From here on only the dimensions of edges and vertices are used, and the flat arrays of the incidence.
-
-// A list for each landmark, as the ordering numbers them: that of landmark l is [begin[l], begin[l + 1]) of items.
-struct Lists {
-  std::vector<int> items, begin;
-  int Length(int l) const { return begin[l + 1] - begin[l]; }
-};
+// From here on only the dimensions of edges and vertices are used, and the flat arrays of the incidence. A list for each
+// landmark is in the ordering's order.
 
 // The edges of each landmark; two more lists hold those between poses, and the constant ones.
 Lists GroupEdges(const Ordering& ordering) {
   const std::vector<int> landmark_of = LandmarkOfEachEdge(ordering);
   const int num_landmarks = static_cast<int>(ordering.landmarks.size());
-  Lists edges{Numbers(ordering.edges.size()), {}};
-  edges.begin = SortByKey(edges.items.begin(), edges.items.end(), num_landmarks + 2, [&](int e) {
+  Lists edges;
+  edges.items = Numbers(ordering.edges.size());
+  edges.begin = KeySort()(edges.items.begin(), edges.items.end(), num_landmarks + 2, [&](int e) {
     if (landmark_of[e] != kNone) return landmark_of[e];
     return ordering.incidence.begin[e] < ordering.incidence.begin[e + 1] ? num_landmarks : num_landmarks + 1;
   });
@@ -53,9 +36,7 @@ Lists ListPosesOfLandmarks(const Ordering& ordering, const Lists& edges) {
   const Incidence& incidence = ordering.incidence;
   const int num_poses = static_cast<int>(ordering.poses.size());
   std::vector<int> last_seen_by(ordering.poses.size(), kNone);
-  Lists poses{{}, {0}};
-  poses.items.reserve(incidence.entries.size());
-  poses.begin.reserve(ordering.landmarks.size() + 1);
+  Lists poses(ordering.landmarks.size(), incidence.entries.size());
   for (int l = 0; l < static_cast<int>(ordering.landmarks.size()); ++l) {
     for (int k = edges.begin[l]; k < edges.begin[l + 1]; ++k) {
       for (int i = incidence.begin[edges.items[k]]; i < incidence.begin[edges.items[k] + 1]; ++i) {
@@ -66,7 +47,7 @@ Lists ListPosesOfLandmarks(const Ordering& ordering, const Lists& edges) {
       }
     }
     std::sort(poses.items.begin() + poses.begin.back(), poses.items.end());
-    poses.begin.push_back(static_cast<int>(poses.items.size()));
+    poses.End();
   }
   return poses;
 }
@@ -79,13 +60,14 @@ std::vector<int> SortLandmarks(const Ordering& ordering, const Lists& seen_by) {
   int largest = 0, longest = 0;
   for (const int l : order) {
     largest = std::max(largest, landmarks[l]->LocalDimension());
-    longest = std::max(longest, seen_by.Length(l));
+    longest = std::max(longest, seen_by[l].size());
   }
-  SortByKey(order.begin(), order.end(), largest + 1, [&](int l) { return landmarks[l]->LocalDimension(); });
-  const auto begin = SortByKey(order.begin(), order.end(), longest + 1, [&](int l) { return seen_by.Length(l); });
+  KeySort sort;
+  sort(order.begin(), order.end(), largest + 1, [&](int l) { return landmarks[l]->LocalDimension(); });
+  const auto begin = KeySort()(order.begin(), order.end(), longest + 1, [&](int l) { return seen_by[l].size(); });
   for (int place = longest - 1; place >= 0; --place) {
-    SortByKey(order.begin() + begin[place + 1], order.end(), static_cast<int>(ordering.poses.size()),
-              [&](int l) { return seen_by.items[seen_by.begin[l] + place]; });
+    sort(order.begin() + begin[place + 1], order.end(), static_cast<int>(ordering.poses.size()),
+         [&](int l) { return seen_by.items[seen_by.begin[l] + place]; });
   }
   return order;
 }
@@ -135,14 +117,14 @@ Slots FindSlots(const std::vector<int>& order, const Lists& seen_by, const Numbe
   s.landmark_slots.reserve(order.size() + 1);
   s.landmark_slots.push_back(0);
   for (int l = 0; l < vertices.NumLandmarks(); ++l) {
-    for (int k = seen_by.begin[order[l]]; k < seen_by.begin[order[l] + 1]; ++k) {
-      s.slot_pose.push_back(seen_by.items[k]);
+    for (const int pose : seen_by[order[l]]) {
+      s.slot_pose.push_back(pose);
       s.slot_landmark.push_back(l);
     }
     s.landmark_slots.push_back(static_cast<int>(s.slot_pose.size()));
   }
   s.pose_slots = Numbers(s.slot_pose.size());
-  s.pose_slots_begin = SortByKey(s.pose_slots.begin(), s.pose_slots.end(), vertices.NumPoses(),
+  s.pose_slots_begin = KeySort()(s.pose_slots.begin(), s.pose_slots.end(), vertices.NumPoses(),
                                  [&](int slot) { return s.slot_pose[slot]; });
   s.sizes = CommonSizes(vertices, s.slot_pose);
   s.num_H_pl_values = s.SlotSize() * static_cast<int>(s.slot_pose.size());
@@ -211,9 +193,7 @@ EdgeRecords ListEdges(const std::vector<int>& order, const Lists& edges, const N
   for (int l = 0; l < num_landmarks; ++l) {
     s.landmark_edges.push_back(static_cast<int>(s.edges.size()));
     for (int k = slots.landmark_slots[l]; k < slots.landmark_slots[l + 1]; ++k) slot_of_pose[slots.slot_pose[k]] = k;
-    for (int k = edges.begin[order[l]]; k < edges.begin[order[l] + 1]; ++k) {
-      ListEdge(edges.items[k], l, slot_of_pose, vertices, &s);
-    }
+    for (const int e : edges[order[l]]) ListEdge(e, l, slot_of_pose, vertices, &s);
   }
   s.landmark_edges.push_back(s.num_landmark_edges);
   s.num_landmark_edge_poses = static_cast<int>(s.edge_poses.size());
@@ -261,8 +241,9 @@ void SortBatchEdges(int num_poses, EdgeRecords* s) {
     const EdgeRecord& record = s->edges[e];
     return record.poses_begin + i < record.poses_end ? s->edge_poses[record.poses_begin + i].pose : num_poses;
   };
+  KeySort sort;
   if (s->num_edge_types > 1) {
-    SortByKey(s->batch_edges.begin(), s->batch_edges.end(), s->num_edge_types, [&](int e) { return s->edges[e].type; });
+    sort(s->batch_edges.begin(), s->batch_edges.end(), s->num_edge_types, [&](int e) { return s->edges[e].type; });
   }
   int most = 0;
   for (int e = 0; e < s->num_landmark_edges; ++e)
@@ -270,17 +251,18 @@ void SortBatchEdges(int num_poses, EdgeRecords* s) {
   const int poses = num_poses + 1;
   if (most == 2 && poses <= s->num_landmark_edges / poses) {  // few enough to sort by both at once
     const auto pair = [&](int e) { return pose(e, 0) * poses + pose(e, 1); };
-    SortByKey(s->batch_edges.begin(), s->batch_edges.end(), poses * poses, pair);
+    sort(s->batch_edges.begin(), s->batch_edges.end(), poses * poses, pair);
     return;
   }
   for (int i = most - 1; i >= 0; --i) {
-    SortByKey(s->batch_edges.begin(), s->batch_edges.end(), poses, [&](int e) { return pose(e, i); });
+    sort(s->batch_edges.begin(), s->batch_edges.end(), poses, [&](int e) { return pose(e, i); });
   }
 }
 
 // Where, in the order of the batch and then of the edges between poses, those with the same poses begin; and the end.
 std::vector<int> FindEdgesOfSamePoses(const EdgeRecords& s) {
   std::vector<int> begins;
+  begins.reserve(64);
   for (int k = 0; k < s.num_active_edges; ++k) {
     if (k == 0 || !HaveSamePoses(s, s.edges[s.BatchEdge(k)], s.edges[s.BatchEdge(k - 1)])) begins.push_back(k);
   }
@@ -288,26 +270,45 @@ std::vector<int> FindEdgesOfSamePoses(const EdgeRecords& s) {
   return begins;
 }
 
+// The rows i ≥ j of each column j: the diagonal, and each two free poses of an edge. Of the edges [begins[k], begins[k + 1]) one
+// speaks for all.
+Lists HessianPattern(int num_poses, const std::vector<int>& begins, const EdgeRecords& s) {
+  std::vector<int> rows, columns;
+  for (std::vector<int>* list : {&rows, &columns}) {
+    list->reserve(static_cast<size_t>(num_poses) + begins.size());  // most edges tie two poses at most
+    for (int j = 0; j < num_poses; ++j) list->push_back(j);
+  }
+  const auto pose = [&](const EdgeRecord& record, int i) { return s.edge_poses[record.poses_begin + i].pose; };
+  for (size_t set = 0; set + 1 < begins.size(); ++set) {
+    ForEachPair(s.edges[s.BatchEdge(begins[set])], [&](const EdgeRecord& record, int i, int j) {
+      if (i == j) return;
+      rows.push_back(pose(record, i));
+      columns.push_back(pose(record, j));
+    });
+  }
+  std::vector<int> order = Numbers(rows.size());
+  KeySort sort;
+  sort(order.begin(), order.end(), num_poses, [&](int k) { return rows[k]; });
+  const std::vector<int>& column_begin = sort(order.begin(), order.end(), num_poses, [&](int k) { return columns[k]; });
+  Lists pattern(static_cast<size_t>(num_poses), rows.size());
+  for (int j = 0; j < num_poses; ++j) {
+    for (int k = column_begin[j]; k < column_begin[j + 1]; ++k) {
+      if (k == column_begin[j] || rows[order[k]] != pattern.items.back()) pattern.items.push_back(rows[order[k]]);
+    }
+    pattern.End();
+  }
+  return pattern;
+}
+
 // H_pp's pattern, and which of its blocks each edge changes. Edges with the same poses share their entries.
 PoseBlocks ListHessianBlocks(int num_poses, bool in_runs, EdgeRecords* s) {
   PoseBlocks blocks;
   const std::vector<int> begins = FindEdgesOfSamePoses(*s);
+  blocks.H_pp_pattern = HessianPattern(num_poses, begins, *s);
   const auto pose = [s](const EdgeRecord& record, int i) { return s->edge_poses[record.poses_begin + i].pose; };
-  blocks.H_pp_pattern.resize(static_cast<size_t>(num_poses));
-  for (int j = 0; j < num_poses; ++j) blocks.H_pp_pattern[j] = {j};
-  for (size_t set = 0; set + 1 < begins.size(); ++set) {
-    ForEachPair(s->edges[s->BatchEdge(begins[set])], [&](const EdgeRecord& record, int i, int j) {
-      if (i == j) return;
-      std::vector<int>& rows = blocks.H_pp_pattern[pose(record, j)];
-      const auto it = std::lower_bound(rows.begin(), rows.end(), pose(record, i));
-      if (it == rows.end() || *it != pose(record, i)) rows.insert(it, pose(record, i));
-    });
-  }
-  std::vector<int> column_begin{0};
-  for (const auto& rows : blocks.H_pp_pattern)
-    column_begin.push_back(column_begin.back() + static_cast<int>(rows.size()));
   // An edge of one pose changes one block, which all such edges share; but runs are told apart by where theirs begin.
   std::vector<int> of_one_pose(static_cast<size_t>(num_poses), kNone);
+  blocks.edge_blocks.reserve(blocks.H_pp_pattern.items.size() + 2 * begins.size());
   for (size_t set = 0; set + 1 < begins.size(); ++set) {
     const EdgeRecord& first = s->edges[s->BatchEdge(begins[set])];
     const bool shares = first.poses_end == first.poses_begin + 1 && !in_runs;
@@ -318,9 +319,9 @@ PoseBlocks ListHessianBlocks(int num_poses, bool in_runs, EdgeRecords* s) {
     for (int k = begins[set]; k < begins[set + 1]; ++k) s->edges[s->BatchEdge(k)].blocks_begin = blocks_begin;
     if (!is_new) continue;
     ForEachPair(first, [&](const EdgeRecord& record, int i, int j) {
-      const std::vector<int>& rows = blocks.H_pp_pattern[pose(record, j)];
-      const auto row = i == j ? 0 : std::lower_bound(rows.begin(), rows.end(), pose(record, i)) - rows.begin();
-      blocks.edge_blocks.push_back(column_begin[pose(record, j)] + static_cast<int>(row));
+      const Lists::View rows = blocks.H_pp_pattern[pose(record, j)];
+      const int* row = i == j ? rows.first : std::lower_bound(rows.first, rows.last, pose(record, i));
+      blocks.edge_blocks.push_back(static_cast<int>(row - blocks.H_pp_pattern.items.data()));
     });
   }
   return blocks;
@@ -349,8 +350,8 @@ std::vector<int> CutChunks(const Numbering& vertices, const EdgeRecords& records
   const int edges = records.num_landmark_edges;
   if (edges == 0) return {};
   int num_H_pp_values = 0;
-  for (const auto& rows : blocks.H_pp_pattern) {
-    for (const int i : rows) num_H_pp_values += Stride(vertices.pose_dim[i]) * vertices.pose_dim[rows.front()];
+  for (int j = 0; j < vertices.NumPoses(); ++j) {
+    for (const int i : blocks.H_pp_pattern[j]) num_H_pp_values += Stride(vertices.pose_dim[i]) * vertices.pose_dim[j];
   }
   const int chunks =
       std::clamp(static_cast<int>(4.0 * edges / std::max(1, num_H_pp_values)), 1, std::clamp(edges / kEdges, 1, kMost));
@@ -371,7 +372,7 @@ void CutRuns(EdgeRecords* s, Chunks* chunks) {
   };
   const int num_chunks = chunks->NumChunks();
   std::vector<int> chunk_edges{0, s->num_landmark_edges};
-  if (num_chunks > 1) chunk_edges = SortByKey(s->batch_edges.begin(), s->batch_edges.end(), num_chunks, chunk_of);
+  if (num_chunks > 1) chunk_edges = KeySort()(s->batch_edges.begin(), s->batch_edges.end(), num_chunks, chunk_of);
   chunks->chunk_runs.push_back(0);
   for (int chunk = 0; chunk < num_chunks; ++chunk) {
     for (int k = chunk_edges[chunk]; k < chunk_edges[chunk + 1]; ++k) {

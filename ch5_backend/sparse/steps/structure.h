@@ -101,8 +101,8 @@ struct EdgeRecords {
 
 /// The blocks of H_pp, and the edges between poses, which change nothing else.
 struct PoseBlocks {
-  std::vector<std::vector<int>> H_pp_pattern;  ///< rows i ≥ j of each column
-  std::vector<int> edge_blocks;                ///< numbers of blocks of H_pp, see EdgeRecord
+  Lists H_pp_pattern;            ///< rows i ≥ j of each column
+  std::vector<int> edge_blocks;  ///< numbers of blocks of H_pp, see EdgeRecord
   /// Edges between poses, in batches whose normal equations stay in a processor's cache until they have been added to H_pp:
   /// batch k has edges [pose_batches[k], pose_batches[k + 1]).
   std::vector<int> pose_batches;

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <type_traits>
-#include <unordered_map>
 
+#include "ch5_backend/math/key_numbers.h"
 #include "ch5_backend/types/visual/edge_stereo.h"
 #include "ch5_backend/types/visual/reprojections.h"
 
@@ -120,7 +120,7 @@ class ReprojectionBatch : public EdgeBatch {
   void Clear() override {
     poses_.Clear();
     cameras_.clear();
-    pair_number_.clear();
+    keys_.Clear();
     seen_.pairs.clear();
     seen_.pair.clear();
     seen_.inverse_depth.clear();
@@ -141,7 +141,7 @@ class ReprojectionBatch : public EdgeBatch {
     const int camera_i = CameraOf(read.camera_i);
     const PairKey key{read.host, read.target, camera_i, HasOneCamera() ? camera_i : CameraOf(read.camera_j)};
     if (seen_.pair.empty() || !(key == last_key_)) {  // edges come sorted, as a rule
-      last_pair_ = pair_number_.try_emplace(key, static_cast<int>(seen_.pairs.size())).first->second;
+      last_pair_ = keys_.Of(key);
       if (last_pair_ == static_cast<int>(seen_.pairs.size())) {
         seen_.pairs.push_back({read.host ? poses_.Of(*read.host) : 0, read.target ? poses_.Of(*read.target) : 0,
                                key.camera_i, key.camera_j});
@@ -229,7 +229,7 @@ class ReprojectionBatch : public EdgeBatch {
 
   VertexNumbers<VertexPose> poses_;
   std::vector<ReprojectionReader::CameraPlace> cameras_;
-  std::unordered_map<PairKey, int, PairHash> pair_number_;
+  KeyNumbers<PairKey, PairHash> keys_;  // of the pairs
   PairKey last_key_ = {};
   int last_pair_ = 0;
   std::vector<RigidNumbers> T_B_C_, T_W_C_;  // of each camera, and of each camera for each body

@@ -1,8 +1,9 @@
 #include "ch5_backend/window/start/standstill.h"
 
+#include <algorithm>
 #include <cmath>
-#include <map>
 #include <utility>
+#include <vector>
 
 #include "ch5_backend/math/median.h"
 #include "ch5_backend/math/option_checks.h"
@@ -61,12 +62,16 @@ bool StandstillDetector::HasForceChanged(const Vec3& mean, const Vec3& first_hal
 
 std::optional<double> TypicalMotion(const Image& a, const Image& b) {
   constexpr double kShare = 0.4;
-  std::map<int, Vec2> points;
-  for (const TrackedPoint& point : a.tracks) points[point.id] = point.x;
+  std::vector<const TrackedPoint*> points;  // by id
+  points.reserve(a.tracks.size());
+  for (const TrackedPoint& point : a.tracks) points.push_back(&point);
+  const auto precedes = [](const TrackedPoint* one, const TrackedPoint* other) { return one->id < other->id; };
+  std::sort(points.begin(), points.end(), precedes);
   std::vector<double> distances;
+  distances.reserve(points.size());
   for (const TrackedPoint& point : b.tracks) {
-    const auto it = points.find(point.id);
-    if (it != points.end()) distances.push_back((point.x - it->second).norm());
+    const auto it = std::lower_bound(points.begin(), points.end(), &point, precedes);
+    if (it != points.end() && (*it)->id == point.id) distances.push_back((point.x - (*it)->x).norm());
   }
   if (distances.size() < 5) return std::nullopt;
   return Quantile(std::move(distances), kShare);

@@ -1,0 +1,63 @@
+#pragma once
+/// Many short lists of numbers, one behind the other in one array, as the columns of a sparse matrix: a vector of vectors would
+/// ask for memory once for each.
+
+#include <initializer_list>
+#include <vector>
+
+namespace ch5 {
+
+struct Lists {
+  std::vector<int> items, begin;  ///< list k has items [begin[k], begin[k + 1])
+
+  /// One list, valid until items changes.
+  struct View {
+    const int *first, *last;
+    const int* begin() const { return first; }
+    const int* end() const { return last; }
+    int size() const { return static_cast<int>(last - first); }
+  };
+
+  Lists() : Lists(0) {}
+  /// None yet, but room for so many.
+  explicit Lists(size_t lists, size_t items_in_all = 0) {
+    begin.reserve(lists + 1);
+    begin.push_back(0);
+    items.reserve(items_in_all);
+  }
+  Lists(const std::vector<std::vector<int>>& lists) : Lists(lists.size()) {  // NOLINT(google-explicit-constructor)
+    for (const auto& list : lists) {
+      items.insert(items.end(), list.begin(), list.end());
+      End();
+    }
+  }
+  Lists(std::initializer_list<std::vector<int>> lists) : Lists(std::vector<std::vector<int>>(lists)) {}
+
+  int size() const { return static_cast<int>(begin.size()) - 1; }
+  View operator[](int k) const { return {items.data() + begin[k], items.data() + begin[k + 1]}; }
+  /// What has been added to items since the last call is a list.
+  void End() { begin.push_back(static_cast<int>(items.size())); }
+  friend bool operator==(const Lists& a, const Lists& b) { return a.items == b.items && a.begin == b.begin; }
+};
+
+/// Sorts items by a key in [0, num_keys), equal ones in their order. Its memory serves the next call.
+class KeySort {
+ public:
+  /// @return where the items of each key begin, and where the last ones end, counted from `begin`; valid until the next call
+  template <typename Key>
+  const std::vector<int>& operator()(std::vector<int>::iterator begin, std::vector<int>::iterator end, int num_keys,
+                                     const Key& key) {
+    begins_.assign(static_cast<size_t>(num_keys) + 2, 0);
+    for (auto item = begin; item != end; ++item) ++begins_[key(*item) + 2];
+    for (int k = 2; k <= num_keys; ++k) begins_[k] += begins_[k - 1];
+    items_.assign(begin, end);
+    for (const int item : items_) begin[begins_[key(item) + 1]++] = item;
+    begins_.pop_back();
+    return begins_;
+  }
+
+ private:
+  std::vector<int> begins_, items_;
+};
+
+}  // namespace ch5
