@@ -118,6 +118,21 @@ TEST(ImplausibleImages, ManyFalseMatchesAreLeftOutAndNamed) {
   EXPECT_LT(far, 0.01 * points_of(recording));
 }
 
+TEST(ImplausibleImages, ASecondCameraThatSeesNothingIsNamedAndDropped) {
+  RoomOptions options;
+  options.duration = 5.0;
+  options.simulation.calibration = ForwardStereo();
+  Recording recording = SimulateRoom(options);
+  EXPECT_EQ(Names(CheckTracks(true, &recording)), "");
+  EXPECT_TRUE(recording.calibration.camera1);
+  for (size_t k = 0; k + 1 < recording.images.size(); ++k) recording.images[k].tracks1.clear();
+  EXPECT_EQ(Names(CheckTracks(true, &recording)), "") << "it may miss images";
+  recording.images.back().tracks1.clear();
+  EXPECT_THROW(CheckTracks(true, &recording), std::invalid_argument);
+  EXPECT_EQ(Names(CheckTracks(false, &recording)), "second_camera_unseen");
+  EXPECT_FALSE(recording.calibration.camera1);
+}
+
 TEST(ImplausibleImages, ACameraWithoutNoiseMaySeeTheSameAtRest) {
   RoomOptions options;
   options.duration = 10.0;

@@ -133,6 +133,18 @@ void Renumber(Tracks* tracks, const std::vector<Seen*>& begins) {
   }
 }
 
+// A second camera that sees nothing in any image, as where its tracks' file was forgotten: then there is but one.
+void CheckSecondCamera(bool strict, Recording* recording, RecordingWarnings* warnings) {
+  const std::vector<Image>& images = recording->images;
+  const auto is_seen = [](const Image& image) { return !image.tracks1.empty(); };
+  if (!recording->calibration.camera1 || images.empty() || std::any_of(images.begin(), images.end(), is_seen)) return;
+  const std::string words = Join("camera1 of the calibration sees no point in any of ", images.size(),
+                                 " images; only the other camera is used");
+  if (strict) throw std::invalid_argument(words);
+  recording->calibration.camera1.reset();
+  warnings->push_back({"second_camera_unseen", static_cast<double>(images.size()), kNoNumber, words});
+}
+
 }  // namespace
 
 RecordingWarnings CheckImages(bool strict, Recording* recording) {
@@ -182,6 +194,7 @@ RecordingWarnings CheckTracks(bool strict, Recording* recording) {
     if (strict) throw std::invalid_argument(words);
     warnings.push_back({name, static_cast<double>(some->size()), static_cast<double>(all), words, "", t});
   };
+  CheckSecondCamera(strict, recording, &warnings);
   warn("false_matches", "points left out", points, "each lies apart from its track", kShareOfPoints, &jumps.falses);
   warn("ids_reused", "tracks whose id goes on with another point", tracks.size(), "each becomes two", kShareOfTracks,
        &jumps.begins);

@@ -12,7 +12,8 @@ namespace ch5 {
 RecordingWarnings CheckImages(bool strict, Recording* recording);
 
 /// Leaves out points that lie apart from their track for an image or two, false matches, and gives a track a new id from where it
-/// goes on with another point, as of a tracker that uses ids again. Names either if they are not few; few stay.
+/// goes on with another point, as of a tracker that uses ids again. Names either if they are not few; few stay. Drops a second
+/// camera that sees nothing at all, and says so.
 /// @throws std::invalid_argument with `strict`, instead
 RecordingWarnings CheckTracks(bool strict, Recording* recording);
 
