@@ -16,7 +16,7 @@ Lists Neighbors(const SymmetricBlockMatrix& A) {
     }
   };
   Lists neighbors;
-  std::vector<int>& begin = neighbors.begin;  // until they are written: one place on, to be moved
+  std::vector<int>& begin = neighbors.begin;  // while the items are placed, list k ends at begin[k + 1]
   begin.assign(static_cast<size_t>(A.NumColumns()) + 2, 0);
   for_each_pair([&](int i, int j) { ++begin[i + 2], ++begin[j + 2]; });
   for (size_t k = 2; k < begin.size(); ++k) begin[k] += begin[k - 1];

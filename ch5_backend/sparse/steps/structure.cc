@@ -262,7 +262,7 @@ void SortBatchEdges(int num_poses, EdgeRecords* s) {
 // Where, in the order of the batch and then of the edges between poses, those with the same poses begin; and the end.
 std::vector<int> FindEdgesOfSamePoses(const EdgeRecords& s) {
   std::vector<int> begins;
-  begins.reserve(64);
+  begins.reserve(static_cast<size_t>(s.num_active_edges) + 1);
   for (int k = 0; k < s.num_active_edges; ++k) {
     if (k == 0 || !HaveSamePoses(s, s.edges[s.BatchEdge(k)], s.edges[s.BatchEdge(k - 1)])) begins.push_back(k);
   }
