@@ -29,7 +29,3 @@ class Aarch64(unittest.TestCase):
         with tempfile.TemporaryDirectory() as out:
             said = run("qemu-aarch64", "-L", "/usr/aarch64-linux-gnu", BUILD / "bin" / "ch5_recording", DATA / "euroc_v1_01_easy", "--out", out).stdout
         self.assertEqual(re.findall(r"^(vins|okvis) +([\d.]+)", said, re.M), [("vins", "0.0229"), ("okvis", "0.0619")], said)
-
-
-if __name__ == "__main__":
-    unittest.main()

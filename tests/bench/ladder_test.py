@@ -1,7 +1,6 @@
 """./course ladder: what it refuses, the rungs and the class's board; no time is tested."""
 
 import os
-import unittest
 
 from ch5_backend.course.base.errors import CourseError
 from ch5_backend.course.base.language import speaker
@@ -52,7 +51,3 @@ class Ladder(FolderTest):
             with self.assertRaises(CourseError):
                 ladder.board(path, row("x", "1.00"))
             self.assertEqual(path.read_text(encoding="utf-8"), wrong, "nothing is lost")
-
-
-if __name__ == "__main__":
-    unittest.main()

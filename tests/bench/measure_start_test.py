@@ -27,7 +27,3 @@ class Start(unittest.TestCase):
         self.assertGreaterEqual(len(measure_start.SEEN), 8)
         self.assertGreaterEqual(len(measure_start.UNSEEN), 2)
         self.assertFalse(set(measure_start.SEEN) & set(measure_start.UNSEEN))
-
-
-if __name__ == "__main__":
-    unittest.main()

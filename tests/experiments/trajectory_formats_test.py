@@ -2,7 +2,6 @@
 README, "Poses"), neither of which need be installed."""
 
 import csv
-import unittest
 
 import numpy as np
 
@@ -60,7 +59,3 @@ class TrajectoryFormats(AppTest):
             tilt = np.arccos(np.clip(np.sum(up(other[:, 3:]) * up(true), axis=1), -1.0, 1.0))
             self.assertLess(np.degrees(np.median(tilt)), 2.0, name)
             self.assertGreater(np.degrees(np.std(np.arccos(up(true)[:, 2]))), 1.0, "else any order would do")
-
-
-if __name__ == "__main__":
-    unittest.main()

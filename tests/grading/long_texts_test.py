@@ -50,7 +50,3 @@ class LongTexts(unittest.TestCase):
                 begin = time.process_time()
                 read()
                 self.assertLess(time.process_time() - begin, 4.0)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -158,7 +158,3 @@ class Watch(FolderTest):
         code, judged, printed = self.watch(on_terminal=False)
         self.assertEqual((code, judged), (1, [["1.1", "3"]]))
         self.assertNotIn("Waiting", printed)
-
-
-if __name__ == "__main__":
-    unittest.main()

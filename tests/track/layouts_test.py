@@ -227,7 +227,3 @@ class MadeUp(FolderTest):
         for k, file in enumerate(found.values()):
             pixels = subprocess.run(["ffmpeg", "-loglevel", "error", "-i", file, "-pix_fmt", "gray", "-f", "rawvideo", "-"], capture_output=True).stdout
             self.assertAlmostEqual(np.mean(np.frombuffer(pixels, np.uint8)), 20 * (k + 1), delta=2)
-
-
-if __name__ == "__main__":
-    unittest.main()

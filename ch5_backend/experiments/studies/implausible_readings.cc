@@ -6,7 +6,6 @@
 #include <functional>
 #include <iomanip>
 #include <sstream>
-#include <stdexcept>
 
 #include "ch5_backend/evaluate/turn_agreement.h"
 #include "ch5_backend/experiments/studies/recording_warnings.h"
