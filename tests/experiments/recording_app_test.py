@@ -352,28 +352,24 @@ class RecordingApp(AppTest):
         self.assertEqual(set(stamps) - images, set(), "the images' own stamps")
         self.assertEqual(len(stamps), row["frames"])
 
-    def test_readings_at_a_limit_are_named(self):
-        recording = self.simulate(6)
-        edit(recording / "imu.csv", lambda rows: [[*row[:2], "-4.36", *row[3:]] if k in range(300, 900, 100) else row
-                                                  for k, row in enumerate(rows)])
-        done = self.program(recording, "--out", self.out, "--policy", "vins")
-        self.assertIn("the gyroscope is at its limit on axis y in 6 readings, ±4.36 rad/s", done.stderr)
-        self.assertIn("The gyroscope is at its limit on axis y in 6 readings, ±4.36 rad/s.", self.page().replace("\u00a0", " "))
-        row, = table(self.out / "csv" / "odometry_warnings.csv")
-        self.assertEqual((row["warning"], row["detail"]), ("gyroscope_rail", "y"))
-
-    def test_readings_that_cannot_be_are_left_out_and_named(self):
+    def test_readings_at_a_limit_or_that_cannot_be_are_named(self):
         recording = self.simulate(6)
         imu = recording / "imu.csv"
-        edit(imu, lambda rows: [[row[0], *6 * ["0"]] if 700 <= k < 710 else row for k, row in enumerate(rows)])
+        edit(imu, lambda rows: [[row[0], *6 * ["0"]] if 700 <= k < 710 else [*row[:2], "-4.36", *row[3:]] if k in range(310, 910, 100) else row
+                                for k, row in enumerate(rows)])
         done = self.program(recording, "--out", self.out, "--strict")
         self.assertEqual((done.returncode, done.stdout, done.stderr.count("\n")), (2, "", 1))
         self.assertIn(f"ch5_recording: {imu}:702: at 3.500 s, w = 0.000 0.000 0.000, a = 0.000 0.000 0.000: IMU readings that cannot be: ", done.stderr)
-        row, = self.course_run(recording, course=UNDRAWN)["warnings"]
-        self.assertEqual((row["warning"], row["value"], row["other"]), ("imu_stuck", 10, 3.5))
-        self.assertTrue(row["detail"].startswith(f"{imu}:702: at 3.500 s"), row["detail"])
+        warnings = {row["warning"]: row for row in self.course_run(recording, course=UNDRAWN)["warnings"]}
+        stuck, rail = warnings["imu_stuck"], warnings["gyroscope_rail"]
+        self.assertEqual((stuck["value"], stuck["other"]), (10, 3.5))
+        self.assertTrue(stuck["detail"].startswith(f"{imu}:702: at 3.500 s"), stuck["detail"])
+        self.assertEqual(rail["detail"], "y")
+        self.assertIn("the gyroscope is at its limit on axis y in 6 readings, ±4.36 rad/s", rail["words"])
         self.out /= "room"
-        self.assertIn("IMU readings left out: 10, because", self.page().replace("\u00a0", " "))
+        page = self.page().replace("\u00a0", " ")
+        self.assertIn("IMU readings left out: 10, because", page)
+        self.assertIn("The gyroscope is at its limit on axis y in 6 readings, ±4.36 rad/s.", page)
         self.assertIn("略去了 10 个 IMU 读数", (self.out / "report.zh.html").read_text(encoding="utf-8").replace("\u00a0", " "))
 
     def test_a_scale_that_is_hardly_known_is_named(self):

@@ -370,46 +370,40 @@ class TrackApp(AppTest):
     def test_a_folder_of_two_cameras_is_tracked(self):
         for mav0 in self.at_rest:
             with self.subTest(mav0):
-                self.tracks_two_cameras(mav0)
-
-    def tracks_two_cameras(self, mav0: Path) -> None:
-        done = self.solve(mav0, "--out", self.out)
-        self.assertRegex(done.stdout, "cam1 sees [5-9][0-9] % of them")
-        self.assertIn("20 images of 752 × 480 pixels", done.stdout)
-        both = table(self.out / "tracks.csv")
-        tracks = [row for row in both if row["camera"] == "0"]
-        self.assertGreater(len(both) - len(tracks), 20 * 70)
-        self.solve(mav0, "--out", self.folder / "one", "--mono")
-        one = table(self.folder / "one" / "tracks.csv")
-        self.assertEqual([{**row, "camera": "0"} for row in one], tracks, "camera 0 is followed the same without cam1")
-        self.assertGreater(len(tracks), 20 * 80)
-        # It stands still: what is followed through all images hardly moves. 1 px is 0.0022.
-        places = {}
-        for row in tracks:
-            places.setdefault(row["track_id"], []).append((float(row["x [normalized]"]), float(row["y [normalized]"])))
-        whole = [place for place in places.values() if len(place) == 20]
-        self.assertGreater(len(whole), 60)
-        moved = sorted(max(abs(place[-1][0] - place[0][0]), abs(place[-1][1] - place[0][1])) for place in whole)
-        self.assertLess(moved[len(moved) // 2], 0.0022)
+                done = self.solve(mav0, "--out", self.out)
+                self.assertRegex(done.stdout, "cam1 sees [5-9][0-9] % of them")
+                self.assertIn("20 images of 752 × 480 pixels", done.stdout)
+                both = table(self.out / "tracks.csv")
+                tracks = [row for row in both if row["camera"] == "0"]
+                self.assertGreater(len(both) - len(tracks), 20 * 70)
+                self.solve(mav0, "--out", self.folder / "one", "--mono")
+                one = table(self.folder / "one" / "tracks.csv")
+                self.assertEqual([{**row, "camera": "0"} for row in one], tracks, "camera 0 is followed the same without cam1")
+                self.assertGreater(len(tracks), 20 * 80)
+                # It stands still: what is followed through all images hardly moves. 1 px is 0.0022.
+                places = {}
+                for row in tracks:
+                    places.setdefault(row["track_id"], []).append((float(row["x [normalized]"]), float(row["y [normalized]"])))
+                whole = [place for place in places.values() if len(place) == 20]
+                self.assertGreater(len(whole), 60)
+                moved = sorted(max(abs(place[-1][0] - place[0][0]), abs(place[-1][1] - place[0][1])) for place in whole)
+                self.assertLess(moved[len(moved) // 2], 0.0022)
 
     def test_a_vehicle_that_stands_still_starts_with_two_cameras(self):
         for mav0 in self.at_rest:
             with self.subTest(mav0):
-                self.starts_with_two_cameras(mav0)
-
-    def starts_with_two_cameras(self, mav0: Path) -> None:
-        recording, out, is_real = self.folder / "tracked", self.out, self.flight.parent not in mav0.parents
-        self.solve(mav0, "--out", recording)
-        done = run(BUILD / "bin" / "ch5_recording", recording, "--out", out)
-        self.assertEqual(done.returncode, 0, done.stderr)
-        for policy in table(out / "csv" / "odometry_policies.csv"):
-            self.assertEqual(policy["frames"], "13", "the first ones are the start")
-            if is_real:
-                self.assertLess(float(policy["ate_m"]), 0.002)
-            speeds = [float(row["v_x [m/s]"]) for row in table(out / f"{policy['policy']}.csv")]
-            self.assertLess(max(map(abs, speeds)), 0.05)
-        self.assertEqual([row["warning"] for row in table(out / "csv" / "odometry_warnings.csv")], [] if is_real else ["no_comparison"],
-                         "nothing can be said of a second at rest")
+                recording, out, is_real = self.folder / "tracked", self.out, self.flight.parent not in mav0.parents
+                self.solve(mav0, "--out", recording)
+                done = run(BUILD / "bin" / "ch5_recording", recording, "--out", out)
+                self.assertEqual(done.returncode, 0, done.stderr)
+                for policy in table(out / "csv" / "odometry_policies.csv"):
+                    self.assertEqual(policy["frames"], "13", "the first ones are the start")
+                    if is_real:
+                        self.assertLess(float(policy["ate_m"]), 0.002)
+                    speeds = [float(row["v_x [m/s]"]) for row in table(out / f"{policy['policy']}.csv")]
+                    self.assertLess(max(map(abs, speeds)), 0.05)
+                self.assertEqual([row["warning"] for row in table(out / "csv" / "odometry_warnings.csv")], [] if is_real else ["no_comparison"],
+                                 "nothing can be said of a second at rest")
 
     def test_run_on_a_vehicle_that_stands_still_says_so_with_one_camera(self):
         for mav0 in self.at_rest:
