@@ -62,7 +62,7 @@ template <typename S>
 std::unique_ptr<S> MakeScene(const Values& given) {
   auto scene = Scene::Make(given);
   auto& own = dynamic_cast<S&>(*scene);
-  scene.release();
+  static_cast<void>(scene.release());  // it is own's now
   return std::unique_ptr<S>(&own);
 }
 
