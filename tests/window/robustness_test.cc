@@ -115,15 +115,19 @@ TEST(Robustness, AMissingReadingOfTheImuIsBridged) {
 }
 
 // Images go on meanwhile and carry the world over the gap.
-TEST(Robustness, ASilentImuIsBridgedByImages) {
+void ExpectImagesToBridgeASilentImu(double begin) {
   for (const double seconds : {0.15, 0.3, 0.6, 1.0}) {
-    for (const double begin : {4.0, 6.0, 8.0}) {
-      SCOPED_TRACE(std::to_string(seconds) + " s from " + std::to_string(begin));
-      Recording recording = SimulateTwelveSeconds();
-      SilenceImu(begin, begin + seconds, &recording);
-      ExpectUnbroken(recording, 0.15);
-    }
+    SCOPED_TRACE(std::to_string(seconds) + " s from " + std::to_string(begin));
+    Recording recording = SimulateTwelveSeconds();
+    SilenceImu(begin, begin + seconds, &recording);
+    ExpectUnbroken(recording, 0.15);
   }
+}
+
+TEST(Robustness, ASilentImuIsBridgedByImages) { ExpectImagesToBridgeASilentImu(6.0); }
+
+TEST(Robustness, ASilentImuIsBridgedByImagesAtOtherTimes) {
+  for (const double begin : {4.0, 8.0}) ExpectImagesToBridgeASilentImu(begin);
 }
 
 void ExpectOneRestart(const Recording& recording, const OdometryRun& run, Failure failure) {
