@@ -5,9 +5,10 @@ import shlex
 import subprocess
 import sys
 from collections import Counter
+from contextlib import ExitStack
 from xml.etree import ElementTree
 
-from .base.cmake_build import BUILD, CORES, ROOT, build_or_fail, configure, run_logged
+from .base.cmake_build import BUILD, CORES, ROOT, build_lock, build_or_fail, configure, run_logged
 from .base.errors import CourseError
 from .base.progress import Progress
 
@@ -33,8 +34,12 @@ def test(names: list, quick: bool, nightly: bool, extra: list) -> int:
     elif quick or not names:
         command += ["-LE", "slow|nightly" if quick else "nightly"]
     failed = []
-    with Progress("test") as progress:
+    with Progress("test") as progress, ExitStack() as reading:
+        reading.enter_context(build_lock())  # until CTest has read its files, which another ./course may configure anew
+
         def step(line: str) -> None:
+            if re.match(r"\s*Start ", line):
+                reading.close()
             if "***" in line:
                 failed.append(line)
             if re.match(r"\d+/\d+ ", line):

@@ -1,9 +1,13 @@
 """./course test: what it says of CTest's words, and the names by which tests are called."""
 
+import fcntl
 import json
 import re
 import unittest
+from types import SimpleNamespace
+from unittest import mock
 
+from ch5_backend.course import test as command
 from ch5_backend.course.test import skipped, targets_of, worth_reading
 from tests.project import BUILD, run
 
@@ -32,6 +36,25 @@ class Words(unittest.TestCase):
     def test_what_is_skipped_is_a_line_with_the_reasons(self):
         self.assertEqual(skipped(JUNIT), "Skipped: 5 of 6 tests: 2 without the data; 1 it's no clone; 1 no font; 1 Node.js is missing\n")
         self.assertEqual(skipped("<testsuite><testcase name='A'/></testsuite>"), "")
+
+
+class Lock(unittest.TestCase):
+    def test_nobody_configures_until_ctest_has_read_its_files(self):
+        free = []
+
+        def ctest(_words, _log, step):
+            for line in ("Test project /p", "      Start  1: A.B", "1/1 Test #1: A.B ...   Passed"):
+                step(line)
+                with open(BUILD / ".lock", "w", encoding="utf-8") as file:
+                    try:
+                        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                        free.append(True)
+                    except BlockingIOError:
+                        free.append(False)
+            return SimpleNamespace(stdout="", returncode=0)
+        with mock.patch.multiple(command, run_logged=ctest, build_or_fail=mock.Mock()):
+            self.assertEqual(command.test([], False, False, []), 0)
+        self.assertEqual(free, [False, True, True])
 
 
 class Names(unittest.TestCase):

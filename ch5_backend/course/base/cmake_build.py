@@ -45,7 +45,7 @@ def configure() -> None:
         shutil.rmtree(BUILD)
     elif (BUILD / "build.ninja").exists() and wanted.items() <= cached.items() and not _lacks_a_part(cached):
         return
-    with Progress("configure") as progress, _lock():
+    with Progress("configure") as progress, build_lock():
         command = ["cmake", "--preset", "release", "-B", str(BUILD), *(f"-D{key}={value}" for key, value in wanted.items())]
         done = run_logged(command, "configure.log", lambda line: progress.step("…"))  # CMake's own words are in the log
     if done.returncode:
@@ -80,7 +80,7 @@ def build(targets=()) -> subprocess.CompletedProcess:
     it is no fault of the code.
     """
     configure()
-    with Progress("build") as progress, _lock():
+    with Progress("build") as progress, build_lock():
         done = run_logged(["ninja", "-C", str(BUILD), "-j", str(CORES), *targets], "build.log", progress.ninja_step)
     full = re.search("^.*No space left on device.*$", done.stdout, re.M)
     if done.returncode and full:
@@ -145,7 +145,7 @@ def cached_entries(folder: Path) -> dict:
 
 
 @contextmanager
-def _lock():
+def build_lock():
     """Two ./course at once must not write the same build folder; the second one waits."""
     BUILD.mkdir(parents=True, exist_ok=True)
     with open(BUILD / ".lock", "w", encoding="utf-8") as file:
