@@ -162,8 +162,11 @@ def told(finding, say):
     prefix = {"weight": "", "deviation": "gauge."}.get(finding.key)
     if prefix is not None:  # what the tables call it, in the page's words
         shown["column"] = say(prefix + shown["column"])
+    in_words = translate if say.language == "zh" else str
     if "gauge" in shown:
-        shown["gauge"] = (translate if say.language == "zh" else str)(dict(DEVIATIONS)[shown["gauge"]])
+        shown["gauge"] = in_words(dict(DEVIATIONS)[shown["gauge"]])
+    if "message" in shown:
+        shown["message"] = in_words(shown["message"])
     if "variant" in shown:
         shown["variant"] = say(f"variant.{shown['variant']}")
     return say(f"mine.{finding.key}", **{name: int(value) if isinstance(value, float) else value for name, value in shown.items()})
