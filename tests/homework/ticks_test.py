@@ -93,7 +93,7 @@ class Alone(FolderTest):
             region.solution if region.kind == "DEEP" else region.blank())).encode()
         empty = [blank for blank in STAGE[stage]["todos"] if blank not in written]
         before = ticks(STAGE[stage], [failing(check, blank=empty[0]) for of, check in exercised() if of == stage] if empty else tests_of_wrong(stage), content)
-        with mock.patch.multiple(check, BUILD=self.folder, build=compile_it, judge=judge, every_test=tests):
+        with mock.patch.multiple(check, BUILD=self.folder, build=compile_it, judge=judge, every_test=tests, program=str):
             return "".join({**before, **check.marks_alone(STAGE[stage], content, before, [], todo)}.values()), len(compiled)
 
     def solved(self, *todos) -> dict:

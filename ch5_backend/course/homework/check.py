@@ -133,8 +133,8 @@ def with_namesake(verdict: Verdict, file: str) -> Verdict:
 
 
 def judge_stage(stage: dict, options) -> Verdict:
-    executable, content = BIN / target(stage["file"]), blanks.content_of(folder() / stage["file"])
-    verdict, tests = judge_every_test(executable, stage, options)
+    content = blanks.content_of(folder() / stage["file"])
+    verdict, tests = judge_every_test(target(stage["file"]), stage, options)
     verdict = blanks.explain(verdict, stage, content)
     marks = marks_of(stage, verdict, tests, content or b"")
     marks.update(marks_alone(stage, content or b"", marks, options, verdict.diagnosis.get("todo", "")))
@@ -143,11 +143,15 @@ def judge_stage(stage: dict, options) -> Verdict:
     return verdict._replace(todos=marks, diagnosis={**verdict.diagnosis, **own})
 
 
-def judge_every_test(executable: Path, stage: dict, options) -> tuple:
+def judge_every_test(check: str, stage: dict, options) -> tuple:
     """The verdict, which the first test that fails decides, and all tests."""
+    executable = BIN / program(check)
     verdict = judge(executable, stage, options=options)
     others = verdict.state == "crashes" or (verdict.tests and verdict.state != "right")
-    return verdict, every_test(executable, stage, options) if others else verdict.tests
+    tests = every_test(executable, stage, options) if others else verdict.tests
+    if executable.name != check and any("diagnosis" in test for test in tests) and not build([check]).returncode:
+        return judge_every_test(check, stage, options)
+    return verdict, tests
 
 
 def marks_of(stage: dict, verdict: Verdict, tests: tuple, content: bytes) -> dict:
@@ -169,10 +173,8 @@ def marks_alone(stage: dict, content: bytes, marks: dict, options, suspect: str 
         (BUILD / "filled").mkdir(exist_ok=True)
         if blanks.content_of(BUILD / "filled" / file) != filled:
             (BUILD / "filled" / file).write_bytes(filled)
-        if build([f"filled_check_{Path(file).stem}"]).returncode:
-            return None
-        executable = BIN / f"filled_check_{Path(file).stem}"
-        return *judge_every_test(executable, stage, options), filled
+        check = f"filled_check_{Path(file).stem}"
+        return None if build([program(check)]).returncode else (*judge_every_test(check, stage, options), filled)
 
     def is_right(solved: list):
         """None if it does not compile."""
@@ -222,11 +224,17 @@ def target(file: str) -> str:
     return os.environ.get("CH5_CHECK_PREFIX", "") + "check_" + Path(file).stem
 
 
+def program(check: str) -> str:
+    """What is built of it: until an answer is wrong for the first time, a program that names no slips, for which half a minute less
+    of compiling is needed."""
+    return check if (BIN / check).exists() else f"first_{check}"
+
+
 def compile_files(files: list) -> dict:
     """Builds what judges these files; returns a verdict for each file that cannot be compiled."""
     if not files:
         return {}
-    done = build(["-k", "0", *map(target, files)])
+    done = build(["-k", "0", *(program(target(file)) for file in files)])
     keep_warnings(files, done.stdout)
     if done.returncode == 0:
         return {}
