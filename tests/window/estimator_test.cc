@@ -102,8 +102,9 @@ TEST(Estimator, DoesNotDependOnTheClock) {
 
 // Before an image is added, the measurements alone tell where it will be found, up to what the image corrects.
 #if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-// What an image gives back serves the next: no page has to come from the system, which may take it long.
-TEST(Estimator, TakesNoMemoryFromTheSystemOnceItTracks) {
+// What an image gives back serves the next: pages come from the system, which may take it long, only where a window is larger
+// than all before.
+TEST(Estimator, HardlyAnImageTakesMemoryFromTheSystem) {
   const auto from_the_system = [] {
     const struct mallinfo2 memory = mallinfo2();
     return memory.arena + memory.hblkhd;
@@ -112,14 +113,16 @@ TEST(Estimator, TakesNoMemoryFromTheSystemOnceItTracks) {
   for (auto& policy : AllPolicies()) {
     Estimator estimator(EstimatorOptions{recording.calibration}, std::move(policy));
     SCOPED_TRACE(estimator.Policy().Name());
-    size_t images = 0, before = 0, after = 0;
+    size_t images = 0, most = 0;
+    int grown = 0;
     FeedRecording(recording, &estimator, [&](const Estimator&, const ImageResult& row) {
       ASSERT_TRUE(++images < 100 || row.report.state);
-      after = from_the_system();
-      if (images == 100) before = after;
+      const size_t now = from_the_system();
+      if (images > 100) grown += now > most;
+      most = std::max(most, now);
     });
     ASSERT_GT(images, 300u);
-    EXPECT_EQ(after, before);
+    EXPECT_LE(grown, 4);
   }
 }
 #endif
