@@ -1,6 +1,7 @@
 #pragma once
 /// Numbers keys in the order in which they come: a hash table with open addressing, whose memory serves again after Clear.
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <vector>

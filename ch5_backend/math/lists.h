@@ -2,6 +2,7 @@
 /// Many short lists of numbers, one behind the other in one array, as the columns of a sparse matrix: a vector of vectors would
 /// ask for memory once for each.
 
+#include <cstddef>
 #include <initializer_list>
 #include <vector>
 
@@ -34,7 +35,10 @@ struct Lists {
   Lists(std::initializer_list<std::vector<int>> lists) : Lists(std::vector<std::vector<int>>(lists)) {}
 
   int size() const { return static_cast<int>(begin.size()) - 1; }
-  View operator[](int k) const { return {items.data() + begin[k], items.data() + begin[k + 1]}; }
+  View operator[](int k) const {
+    const int* from = begin.data() + k;
+    return {items.data() + from[0], items.data() + from[1]};
+  }
   /// What has been added to items since the last call is a list.
   void End() { begin.push_back(static_cast<int>(items.size())); }
   friend bool operator==(const Lists& a, const Lists& b) { return a.items == b.items && a.begin == b.begin; }
@@ -47,11 +51,12 @@ class KeySort {
   template <typename Key>
   const std::vector<int>& operator()(std::vector<int>::iterator begin, std::vector<int>::iterator end, int num_keys,
                                      const Key& key) {
+    const auto begin_of = [&](int of) -> int& { return begins_[static_cast<size_t>(of)]; };
     begins_.assign(static_cast<size_t>(num_keys) + 2, 0);
-    for (auto item = begin; item != end; ++item) ++begins_[key(*item) + 2];
-    for (int k = 2; k <= num_keys; ++k) begins_[k] += begins_[k - 1];
+    for (auto item = begin; item != end; ++item) ++begin_of(key(*item) + 2);
+    for (int k = 2; k <= num_keys; ++k) begin_of(k) += begin_of(k - 1);
     items_.assign(begin, end);
-    for (const int item : items_) begin[begins_[key(item) + 1]++] = item;
+    for (const int item : items_) begin[begin_of(key(item) + 1)++] = item;
     begins_.pop_back();
     return begins_;
   }
