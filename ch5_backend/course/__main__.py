@@ -82,7 +82,8 @@ def refuse(command: str, given: argparse.Namespace) -> None:
 
 def asked_language(words: list) -> str:
     """Of words that may be wrong or ask for help; without one, the terminal's."""
-    asked = [next_one for word, next_one in zip(words, words[1:]) if word == "--language"] + [word.partition("=")[2] for word in words]
+    apart = [part for word in words for part in (word.split("=", 1) if word.startswith("--language=") else [word])]
+    asked = [value for option, value in zip(apart, apart[1:]) if option == "--language"]
     return next((word for word in asked if word in language.LANGUAGES), language.spoken())
 
 
