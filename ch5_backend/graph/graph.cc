@@ -85,15 +85,17 @@ int Graph::AddEdge(std::shared_ptr<Edge> edge, int id) {
 
 // ---- The edges of each vertex ----------------------------------------------------------------------------------
 
+void Graph::ListAll() const {
+  if (is_listed_) return;
+  const std::lock_guard lock(listing_);
+  if (is_listed_) return;  // somebody else has
+  for (const auto& edge : Edges()) List(*edge);
+  is_listed_ = true;
+}
+
 const std::vector<int>& Graph::EdgeIdsOf(const Vertex& vertex) const {
   static const std::vector<int> none;
-  if (!is_listed_) {
-    const std::lock_guard lock(listing_);
-    if (!is_listed_) {
-      for (const auto& edge : Edges()) List(*edge);
-      is_listed_ = true;
-    }
-  }
+  ListAll();
   const auto found = edge_ids_.find(&vertex);
   return found == edge_ids_.end() ? none : found->second;
 }
@@ -145,7 +147,7 @@ void Graph::RemoveVertices(const std::vector<std::shared_ptr<Vertex>>& vertices)
   if (!is_listed_ && num_walks_++ < kWalks) {
     for (const auto& edge : EdgesAt(*this, vertices)) TakeOut(edge.get(), nullptr);
   } else {
-    EdgeIdsOf(*vertices.front());
+    ListAll();
   }
   for (const auto& vertex : std::vector(vertices)) {  // a copy: these may be the graph's own
     if (vertex->id_ < 0) continue;                    // named twice

@@ -107,6 +107,7 @@ class Graph {
   void Swap(Graph* other) noexcept;
   template <typename T>
   static int Insert(std::shared_ptr<T> item, int id, const char* function, ById<T>* items, int* next_id);
+  void ListAll() const;
   const std::vector<int>& EdgeIdsOf(const Vertex& vertex) const;
   void List(const Edge& edge) const;
   void Unlist(const Edge& edge, const Vertex* but);

@@ -10,20 +10,14 @@ namespace {
 
 // All neighbors of each block, on both sides of the diagonal, without itself.
 Lists Neighbors(const SymmetricBlockMatrix& A) {
-  const auto for_each_pair = [&A](const auto& pair) {
+  return MakeLists(A.NumColumns(), [&A](const auto& add) {
     for (int j = 0; j < A.NumColumns(); ++j) {
-      for (int block = A.ColumnBegin(j) + 1; block < A.ColumnBegin(j + 1); ++block) pair(A.Row(block), j);
+      for (int block = A.ColumnBegin(j) + 1; block < A.ColumnBegin(j + 1); ++block) {
+        add(A.Row(block), j);
+        add(j, A.Row(block));
+      }
     }
-  };
-  Lists neighbors;
-  std::vector<int>& begin = neighbors.begin;  // while the items are placed, list k ends at begin[k + 1]
-  begin.assign(static_cast<size_t>(A.NumColumns()) + 2, 0);
-  for_each_pair([&](int i, int j) { ++begin[i + 2], ++begin[j + 2]; });
-  for (size_t k = 2; k < begin.size(); ++k) begin[k] += begin[k - 1];
-  neighbors.items.resize(static_cast<size_t>(begin.back()));
-  for_each_pair([&](int i, int j) { neighbors.items[begin[i + 1]++] = j, neighbors.items[begin[j + 1]++] = i; });
-  begin.pop_back();
-  return neighbors;
+  });
 }
 
 std::vector<int> Invert(const std::vector<int>& order) {
@@ -197,13 +191,8 @@ std::vector<Front> MergeFronts(std::vector<Front> exact) {
 }  // namespace
 
 Lists ChildrenOf(const std::vector<int>& parent) {
-  Lists children;
-  const int n = static_cast<int>(parent.size());
-  children.items.resize(parent.size());
-  std::iota(children.items.begin(), children.items.end(), 0);
-  children.begin = KeySort()(children.items.begin(), children.items.end(), n + 1,  // roots behind all others
-                             [&](int k) { return parent[k] < 0 ? n : parent[k]; });
-  return children;
+  const int n = static_cast<int>(parent.size());  // the list of roots is behind all others
+  return ListByKey(n, n + 1, [&](int k) { return parent[k] < 0 ? n : parent[k]; });
 }
 
 std::vector<int> EliminationPlan::FrontOfEachBlock() const {

@@ -2,7 +2,6 @@
 // thread does what.
 
 #include <algorithm>
-#include <numeric>
 
 #include "ch5_backend/linear/sparse_cholesky.h"
 #include "ch5_backend/math/dense_kernels.h"
@@ -49,10 +48,7 @@ void SparseCholesky::PlanGathering(const SymmetricBlockMatrix& A) {
     std::fill(column.begin() + A.ColumnBegin(j), column.begin() + A.ColumnBegin(j + 1), j);
   }
   const std::vector<int> front_of = plan_.FrontOfEachBlock();
-  Lists blocks;  // of each front
-  blocks.items.resize(column.size());
-  std::iota(blocks.items.begin(), blocks.items.end(), 0);
-  blocks.begin = KeySort()(blocks.items.begin(), blocks.items.end(), static_cast<int>(places_.size()), [&](int block) {
+  const Lists blocks = ListByKey(A.NumBlocks(), static_cast<int>(places_.size()), [&](int block) {  // of each front
     return front_of[std::min(plan_.position[A.Row(block)], plan_.position[column[block]])];
   });
 
@@ -131,10 +127,7 @@ void SparseCholesky::PlanTasks() {
     const int parent = plan_.fronts[f].parent;
     if (parent >= 0 && work[parent] <= small) task_of[f] = task_of[parent];
   }
-  tasks_.items.resize(places_.size());
-  std::iota(tasks_.items.begin(), tasks_.items.end(), 0);
-  tasks_.begin = KeySort()(tasks_.items.begin(), tasks_.items.end(), static_cast<int>(roots.size()) + 1,
-                           [&](int f) { return task_of[f]; });
+  tasks_ = ListByKey(n, static_cast<int>(roots.size()) + 1, [&](int f) { return task_of[f]; });
 }
 
 // U is needed from its front until its parent. In a postorder a stack would do, but a front's U is computed while those

@@ -44,6 +44,30 @@ struct Lists {
   friend bool operator==(const Lists& a, const Lists& b) { return a.items == b.items && a.begin == b.begin; }
 };
 
+/// Each list of what `each` gives, in its order.
+/// @param each  each(add) calls add(list, item), list < num_lists, for every item; it is called twice, to count and to place
+template <typename Each>
+Lists MakeLists(int num_lists, const Each& each) {
+  Lists lists;
+  const auto begin_of = [&](int list) -> int& { return lists.begin[static_cast<size_t>(list)]; };
+  lists.begin.assign(static_cast<size_t>(num_lists) + 2, 0);
+  each([&](int list, int /*item*/) { ++begin_of(list + 2); });
+  for (int k = 2; k <= num_lists + 1; ++k) begin_of(k) += begin_of(k - 1);
+  lists.items.resize(static_cast<size_t>(lists.begin.back()));
+  each(
+      [&](int list, int item) { lists.items[static_cast<size_t>(begin_of(list + 1)++)] = item; });  // list k ends there
+  lists.begin.pop_back();
+  return lists;
+}
+
+/// The numbers 0 … count − 1 by a key in [0, num_lists).
+template <typename Key>
+Lists ListByKey(int count, int num_lists, const Key& key) {
+  return MakeLists(num_lists, [&](const auto& add) {
+    for (int k = 0; k < count; ++k) add(key(k), k);
+  });
+}
+
 /// Sorts items by a key in [0, num_keys), equal ones in their order. Its memory serves the next call.
 class KeySort {
  public:

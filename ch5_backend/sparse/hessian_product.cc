@@ -15,8 +15,8 @@ struct PoseRow {
   static CH5_INLINE void Run(const Structure& s, const Linearized& y, int j, const double* v, double* product) {
     const int dim = kernels::Pick<P>(s.pose_dim[j]);
     alignas(64) double expanded[kernels::BlockSize(P, L)];
-    for (int k = s.pose_slots_begin[j]; k < s.pose_slots_begin[j + 1]; ++k) {
-      const int slot = s.pose_slots[k], l = s.slot_landmark[slot];
+    for (const int slot : s.pose_slots[j]) {
+      const int l = s.slot_landmark[slot];
       const double* H_jl = kernels::Block<P, L>(y.Slots(s, l), slot, expanded);
       for (int m = 0; m < kernels::Pick<L>(s.landmark_dim[l]); ++m, H_jl += dim) {
         for (int i = 0; i < dim; ++i) product[s.pose_offset[j] + i] += H_jl[i] * v[s.landmark_offset[l] + m];

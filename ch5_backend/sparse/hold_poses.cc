@@ -30,8 +30,7 @@ void ProjectPoseBlocks(const Structure& s, int i, const MatXX& projection, Symme
 }
 
 void ProjectCoupling(const Structure& s, int i, const MatXX& projection, Linearized* system) {
-  for (int k = s.pose_slots_begin[i]; k < s.pose_slots_begin[i + 1]; ++k) {
-    const int slot = s.pose_slots[k];
+  for (const int slot : s.pose_slots[i]) {
     if (!system->H_pl_factors.empty()) {  // H_pl = J̃_pᵀJ̃_l, and J̃_p takes the projection
       const int dim = s.pose_dim[i], row = dim + s.landmark_dim[s.slot_landmark[slot]];
       Eigen::Map<Eigen::MatrixXf> J(&system->H_pl_factors[static_cast<size_t>(slot) * 2 * row], row, 2);  // transposed

@@ -19,6 +19,18 @@ TEST(Lists, HoldEmptyOnesToo) {
   EXPECT_EQ(Lists().size(), 0);
 }
 
+TEST(Lists, OfNumbersByAKey) {
+  EXPECT_EQ(ListByKey(6, 4, [](int k) { return k * k % 3; }), (Lists{{0, 3}, {1, 2, 4, 5}, {}, {}}));
+  EXPECT_EQ(ListByKey(0, 2, [](int) { return 0; }), (Lists{{}, {}}));
+}
+
+TEST(Lists, KeepTheOrderOfWhatIsAdded) {
+  const Lists neighbors = MakeLists(4, [](const auto& add) {
+    for (const auto& [a, b] : {std::pair(3, 0), std::pair(0, 1), std::pair(3, 1)}) add(a, b), add(b, a);
+  });
+  EXPECT_EQ(neighbors, (Lists{{3, 1}, {0, 3}, {}, {0, 1}}));
+}
+
 TEST(KeySort, KeepsTheOrderOfEqualOnesAndServesAgain) {
   KeySort sort;
   for (const int keys : {5, 2, 7}) {

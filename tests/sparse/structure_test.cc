@@ -38,8 +38,8 @@ TEST(Structure, SortsLandmarksByThePosesThatSeeThem) {
   EXPECT_EQ(s.slot_landmark, (Numbers{0, 0, 1, 1, 2, 2}));
   EXPECT_EQ(s.slot_pose, (Numbers{0, 1, 1, 2, 1, 2}));
   EXPECT_EQ(s.landmark_slots, (Numbers{0, 2, 4, 6}));
-  EXPECT_EQ(s.pose_slots_begin, (Numbers{0, 1, 4, 6}));
-  EXPECT_EQ(s.pose_slots, (Numbers{0, 1, 2, 4, 3, 5}));
+  EXPECT_EQ(s.pose_slots.begin, (Numbers{0, 1, 4, 6}));
+  EXPECT_EQ(s.pose_slots.items, (Numbers{0, 1, 2, 4, 3, 5}));
   for (int slot = 0; slot <= 6; ++slot) EXPECT_EQ(s.SlotBlock(slot), slot) << "one number each, and the end";
   EXPECT_TRUE(s.OneEdgePerSlot());
 }

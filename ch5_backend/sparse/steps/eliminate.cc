@@ -126,8 +126,8 @@ void FindBlocks(const Structure& s, const SymmetricBlockMatrix& S, SchurGroups* 
   for (const SchurGroup& group : found->groups) blocks_begin[group.first] = group.blocks_begin;
   for (int j = 0; j < s.NumPoses(); ++j) {
     for (int block = S.ColumnBegin(j); block < S.ColumnBegin(j + 1); ++block) block_of_row[S.Row(block)] = block;
-    for (int k = s.pose_slots_begin[j]; k < s.pose_slots_begin[j + 1]; ++k) {
-      const int slot = s.pose_slots[k], l = s.slot_landmark[slot];
+    for (const int slot : s.pose_slots[j]) {
+      const int l = s.slot_landmark[slot];
       if (blocks_begin[l] < 0) continue;
       const int first = s.landmark_slots[l], end = s.landmark_slots[l + 1], column = slot - first;
       int* block = &found->blocks[blocks_begin[l] + column * (end - first) - column * (column - 1) / 2];
@@ -220,8 +220,7 @@ Lists SchurPattern(const Structure& s) {
   };
   for (int j = 0; j < s.NumPoses(); ++j) {
     for (const int i : s.H_pp_pattern[j]) add(i, j);
-    for (int k = s.pose_slots_begin[j]; k < s.pose_slots_begin[j + 1]; ++k) {
-      const int slot = s.pose_slots[k];
+    for (const int slot : s.pose_slots[j]) {
       for (int other = slot + 1; other < s.landmark_slots[s.slot_landmark[slot] + 1]; ++other)
         add(s.slot_pose[other], j);
     }

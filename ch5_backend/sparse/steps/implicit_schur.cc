@@ -116,15 +116,15 @@ struct ReducePose {
   template <SimdLevel>
   static CH5_INLINE void Run(const Structure& s, const Linearized& y, int j, bool subtract_coupling,
                              int max_landmark_dim, Eliminated* eliminated, double* block) {
-    const int dim = Pick<P>(s.pose_dim[j]), stride = Stride(dim), end = s.pose_slots_begin[j + 1];
+    const int dim = Pick<P>(s.pose_dim[j]), stride = Stride(dim), end = s.pose_slots.begin[j + 1];
     thread_local AlignedVector scratch;
     scratch.assign(static_cast<size_t>(stride * (1 + Pick<L>(max_landmark_dim))), 0.0);
     double *b_j = scratch.data(), *Y = b_j + stride;  // Y = H_jl (H_ll + λD)⁻¹
     std::copy_n(y.b.data() + s.pose_offset[j], dim, b_j);
     alignas(64) double expanded[kernels::BlockSize(P, L)] = {};
-    for (int k = s.pose_slots_begin[j]; k < end; ++k) {
-      if (k + kPrefetchDistance < end) Prefetch(s, y, s.pose_slots[k + kPrefetchDistance]);
-      const int slot = s.pose_slots[k], l = s.slot_landmark[slot], landmark_dim = Pick<L>(s.landmark_dim[l]);
+    for (int k = s.pose_slots.begin[j]; k < end; ++k) {
+      if (k + kPrefetchDistance < end) Prefetch(s, y, s.pose_slots.items[k + kPrefetchDistance]);
+      const int slot = s.pose_slots.items[k], l = s.slot_landmark[slot], landmark_dim = Pick<L>(s.landmark_dim[l]);
       const kernels::LandmarkSlots slots = y.Slots(s, l);
       const double* H_ll_inverse_b = eliminated->H_ll_inverse_b.data() + s.landmark_offset[l] - s.ordering.dim_poses;
       SubtractFromPose<P, L>(slots, slot, H_ll_inverse_b, dim, landmark_dim, b_j);

@@ -21,14 +21,11 @@ std::vector<int> Numbers(size_t count) {
 // The edges of each landmark; two more lists hold those between poses, and the constant ones.
 Lists GroupEdges(const Ordering& ordering) {
   const std::vector<int> landmark_of = LandmarkOfEachEdge(ordering);
-  const int num_landmarks = static_cast<int>(ordering.landmarks.size());
-  Lists edges;
-  edges.items = Numbers(ordering.edges.size());
-  edges.begin = KeySort()(edges.items.begin(), edges.items.end(), num_landmarks + 2, [&](int e) {
+  const int num_edges = static_cast<int>(ordering.edges.size()), n = static_cast<int>(ordering.landmarks.size());
+  return ListByKey(num_edges, n + 2, [&](int e) {
     if (landmark_of[e] != kNone) return landmark_of[e];
-    return ordering.incidence.begin[e] < ordering.incidence.begin[e + 1] ? num_landmarks : num_landmarks + 1;
+    return ordering.incidence.begin[e] < ordering.incidence.begin[e + 1] ? n : n + 1;
   });
-  return edges;
 }
 
 // The free poses that share an edge with each landmark, by ascending number.
@@ -123,9 +120,8 @@ Slots FindSlots(const std::vector<int>& order, const Lists& seen_by, const Numbe
     }
     s.landmark_slots.push_back(static_cast<int>(s.slot_pose.size()));
   }
-  s.pose_slots = Numbers(s.slot_pose.size());
-  s.pose_slots_begin = KeySort()(s.pose_slots.begin(), s.pose_slots.end(), vertices.NumPoses(),
-                                 [&](int slot) { return s.slot_pose[slot]; });
+  s.pose_slots =
+      ListByKey(static_cast<int>(s.slot_pose.size()), vertices.NumPoses(), [&](int slot) { return s.slot_pose[slot]; });
   s.sizes = CommonSizes(vertices, s.slot_pose);
   s.num_H_pl_values = s.SlotSize() * static_cast<int>(s.slot_pose.size());
   if (s.sizes.AreFixed()) return s;

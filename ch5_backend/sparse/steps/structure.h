@@ -69,7 +69,7 @@ struct Slots {
       landmark_slots;  ///< landmark l has slots [landmark_slots[l], landmark_slots[l + 1]), by ascending pose
   std::vector<int> slot_pose, slot_landmark;
   std::vector<int> slot_block;  ///< SlotBlock of each slot and of the end, unless all have the same size
-  std::vector<int> pose_slots_begin, pose_slots;  ///< the slots of each pose, by ascending landmark
+  Lists pose_slots;             ///< the slots of each pose, by ascending landmark
   int num_H_pl_values = 0;
 
   /// Where the slot's block, d_p×d_l without padding, begins among those of H_pl; that of the end is behind all.
