@@ -115,8 +115,7 @@ class Scores(unittest.TestCase):
         self.assertEqual((mark({"stages": [row]}, rubric)["score"], row["followed"]), (9, True))
 
     def test_a_crash_counts_for_the_blank_that_it_happens_in(self):
-        crash = next(one for one in SAMPLES.values() if len(in_regions(one)) == 1
-                     and one.state == "crashes" and one.stages == [STAGE["1.2"]])
+        crash = SAMPLES["schur_never_written"]
         self.assertEqual(self.found(crash, "1.2")["replaced"], in_regions(crash))
 
     def test_who_asks_for_the_second_depth_without_writing_it_earns_no_more(self):

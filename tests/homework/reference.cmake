@@ -11,30 +11,37 @@ foreach(file IN LISTS sample_files)
   list(APPEND samples_${name} ${file})
 endforeach()
 list(REMOVE_DUPLICATES sample_names)
-list(TRANSFORM sample_names REPLACE "(.+)" "samples_\\1.cc" OUTPUT_VARIABLE sample_sources)
-add_custom_command(OUTPUT ${sample_sources}
+list(TRANSFORM sample_names REPLACE "(.+)" "samples_\\1.cc" OUTPUT_VARIABLE sources_of_samples)
+list(TRANSFORM sample_names REPLACE "(.+)" "samples_by_night_\\1.cc" OUTPUT_VARIABLE sources_of_samples_by_night)
+add_custom_command(OUTPUT ${sources_of_samples} ${sources_of_samples_by_night}
   COMMAND ${ch5_python_module} tests.homework.samples ${CMAKE_CURRENT_BINARY_DIR} ${sample_files}
   DEPENDS samples.py ${skeleton_sources} ${stage_table} ${sample_files} ${solution_files})
-add_library(samples OBJECT ${sample_sources})
 add_library(without_lines INTERFACE)  # there are none to find in a generated file
 target_compile_options(without_lines INTERFACE -g0)
-target_link_libraries(samples PRIVATE student_flags without_lines GTest::gtest)
-target_precompile_headers(samples PRIVATE <ch5_homework/judge/student_pch.h>)
-target_compile_options(samples PRIVATE -w)
-# Three stages at a time: those of one file of the homework have most of their templates in common.
-set_target_properties(samples PROPERTIES UNITY_BUILD ${CH5_UNITY} UNITY_BUILD_BATCH_SIZE 3)
+foreach(samples samples samples_by_night)
+  add_library(${samples} OBJECT EXCLUDE_FROM_ALL ${sources_of_${samples}})
+  target_link_libraries(${samples} PRIVATE student_flags without_lines GTest::gtest $<$<BOOL:${CH5_SANITIZE}>:ch5_warnings>)
+  target_precompile_headers(${samples} PRIVATE <ch5_homework/judge/student_pch.h>)
+  target_compile_options(${samples} PRIVATE -w)
+  # Three stages at a time: those of one file of the homework have most of their templates in common.
+  set_target_properties(${samples} PROPERTIES UNITY_BUILD ${CH5_UNITY} UNITY_BUILD_BATCH_SIZE 3)
+endforeach()
 # As in a check, the objects with assertions come first.
 add_executable(homework_samples $<TARGET_OBJECTS:samples> ${all_stage_tests})
-set_target_properties(homework_samples PROPERTIES LINKER_LANGUAGE CXX)
-target_link_libraries(homework_samples PRIVATE student_flags ch5_backend GTest::gtest)
-if(CH5_SANITIZE)
-  target_link_libraries(samples PRIVATE ch5_warnings)
-  target_link_libraries(homework_samples PRIVATE ch5_warnings)
-endif()
+add_executable(all_homework_samples EXCLUDE_FROM_ALL $<TARGET_OBJECTS:samples> $<TARGET_OBJECTS:samples_by_night> ${all_stage_tests})
+foreach(executable homework_samples all_homework_samples)
+  set_target_properties(${executable} PROPERTIES LINKER_LANGUAGE CXX)
+  target_link_libraries(${executable} PRIVATE student_flags ch5_backend GTest::gtest $<$<BOOL:${CH5_SANITIZE}>:ch5_warnings>)
+endforeach()
+# Builds the executables of all samples, for the tests that judge them by night.
+add_test(NAME Homework.all_samples_build
+  COMMAND ${CMAKE_COMMAND} --build ${PROJECT_BINARY_DIR} --target all_homework_samples all_worker_samples)
+ch5_by_night(Homework.all_samples_build)
+set_tests_properties(Homework.all_samples_build PROPERTIES RESOURCE_LOCK ninja FIXTURES_SETUP all_samples)
 # Brings ch5_homework/mistakes/answers.csv and ch5_homework/exercised.csv up to date, in a minute and a half.
 add_custom_target(answers VERBATIM
-  COMMAND ${ch5_python_module} tests.homework.run_samples --write $<TARGET_FILE:homework_samples> ${mistake_files}
-  COMMAND ${ch5_python_module} tests.homework.run_samples --write $<TARGET_FILE:homework_samples> blanks)
+  COMMAND ${ch5_python_module} tests.homework.run_samples --write $<TARGET_FILE:all_homework_samples> ${mistake_files}
+  COMMAND ${ch5_python_module} tests.homework.run_samples --write $<TARGET_FILE:all_homework_samples> blanks)
 add_executable(test_formula formula_test.cc open_tasks_formulas_test.cc ${scene_objects} $<TARGET_OBJECTS:stage_tests_slips>
   $<FILTER:$<TARGET_OBJECTS:stage_tests_common>,EXCLUDE,/main[.]cc>
   $<FILTER:$<TARGET_OBJECTS:stage_tests_open_tasks>,INCLUDE,/right/>)
@@ -45,9 +52,10 @@ gtest_discover_tests(homework_samples TEST_PREFIX Reference. DISCOVERY_MODE PRE_
 # By day every third one, in the stage that each is made for; by night, and asked for by name, all in all stages of their file.
 foreach(name IN LISTS sample_names ITEMS blanks)
   set(run ${ch5_python_module} tests.homework.run_samples)
-  add_test(NAME Homework.Samples.${name} COMMAND ${run} --own --every 3 $<TARGET_FILE:homework_samples> ${samples_${name}})
-  add_test(NAME Homework.SamplesInAllStages.${name} COMMAND ${run} $<TARGET_FILE:homework_samples> ${samples_${name}})
+  add_test(NAME Homework.Samples.${name} COMMAND ${run} --own --by-day $<TARGET_FILE:homework_samples> ${samples_${name}})
+  add_test(NAME Homework.SamplesInAllStages.${name} COMMAND ${run} $<TARGET_FILE:all_homework_samples> ${samples_${name}})
   ch5_by_night(Homework.SamplesInAllStages.${name})
+  set_tests_properties(Homework.SamplesInAllStages.${name} PROPERTIES FIXTURES_REQUIRED all_samples)
 endforeach()
 
 ch5_add_python_tests(Homework answers_test.py)

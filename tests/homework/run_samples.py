@@ -4,7 +4,8 @@
 FILE is a .mistakes or .samples file, or "blanks" for the reference and every single blank TODO. Exit code 0 if each verdict is
 the expected one and can be told in every language, no right sample comes within ten times a tolerance, answers.csv has the
 answers of the wrong ones as they are, exercised.csv what blanks the checks end in, and NAMED of these say what the mistake is, not only where it shows.
-EXECUTABLE is homework_samples, which judges as ./course check does; or, with --worker worker_samples, homework_judge.
+EXECUTABLE is homework_samples, which judges as ./course check does; or, with --worker worker_samples, homework_judge. These two
+have the samples of the day; all_homework_samples and all_worker_samples have all.
 """
 
 import argparse
@@ -13,7 +14,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from tests.homework.chinese import english_in
-from tests.homework.samples import blank_samples
+from tests.homework.samples import blank_samples, by_day
 from ch5_backend.course.base.cmake_build import BUILD
 from ch5_backend.course.base.language import LANGUAGES, speaker
 from ch5_backend.course.homework import answers, judge as course_judge, ticks
@@ -106,15 +107,15 @@ def main() -> int:
     parser.add_argument("--worker", type=Path)
     parser.add_argument("--seed", type=int, action="append", help="may be repeated: right samples are judged with each")
     parser.add_argument("--own", action="store_true", help="only the stages whose verdict or code is the sample's")
-    parser.add_argument("--every", type=int, default=1, metavar="N", help="only every N-th sample of a file")
+    parser.add_argument("--by-day", action="store_true", help="only the samples of the day")
     parser.add_argument("--write", action="store_true", help="write answers.csv anew, of the mistakes in these files; exercised.csv of blanks")
     asked = parser.parse_args()
     if asked.write and asked.files == ["blanks"]:
         ticks.write_table(ends_in_blanks(asked.executable))
         return 0
-    samples = []
+    samples, chosen = [], by_day if asked.by_day else list
     for file in asked.files:
-        samples += [Sample("linked"), *blank_samples()] if file == "blanks" else read_samples(Path(file))[::asked.every]
+        samples += [Sample("linked"), *blank_samples()] if file == "blanks" else chosen(read_samples(Path(file)))
     seeds = asked.seed or [None]
     cases = [(one, stage, seed) for one in samples for stage in stages_of(one, asked.own or asked.write)
              for seed in (seeds if one.state == "right" else seeds[:1])]

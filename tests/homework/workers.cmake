@@ -1,9 +1,12 @@
 # The grader's judge and workers, tested.
-# A worker for tests, of all samples.
-add_executable(worker_samples $<TARGET_OBJECTS:samples> $<TARGET_OBJECTS:worker_main> $<TARGET_OBJECTS:wire>
-  ${scene_objects} ${worker_objects})
-target_link_libraries(worker_samples PRIVATE student_flags ch5_backend ch5_warnings -s)
-set_target_properties(worker_samples PROPERTIES LINKER_LANGUAGE CXX RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
+# A worker for tests, of the samples of the day; and one of all.
+set(objects $<TARGET_OBJECTS:samples> $<TARGET_OBJECTS:worker_main> $<TARGET_OBJECTS:wire> ${scene_objects} ${worker_objects})
+add_executable(worker_samples ${objects})
+add_executable(all_worker_samples EXCLUDE_FROM_ALL $<TARGET_OBJECTS:samples_by_night> ${objects})
+foreach(executable worker_samples all_worker_samples)
+  target_link_libraries(${executable} PRIVATE student_flags ch5_backend ch5_warnings -s)
+  set_target_properties(${executable} PROPERTIES LINKER_LANGUAGE CXX RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
+endforeach()
 
 ch5_add_python_tests(Homework judge_and_worker_test.py LABELS grading)
 
@@ -17,11 +20,13 @@ set_target_properties(test_wire PROPERTIES LINKER_LANGUAGE CXX)
 gtest_discover_tests(test_wire TEST_PREFIX Homework. DISCOVERY_MODE PRE_TEST PROPERTIES LABELS grading)
 
 # Each sample that is wrong gets the same verdict of the judge as of a check; those that are right get theirs with any seed,
-# far from a tolerance. By day one file of them, since Homework.Samples has judged all in a check's way.
+# far from a tolerance. By day some of one file, since Homework.Samples has judged those of all in a check's way.
+set(run ${ch5_python_module} tests.homework.run_samples --own --seed 1 --seed 2 --seed 987654321987654321)
 foreach(name IN LISTS sample_names ITEMS blanks)
   add_test(NAME Homework.JudgedSamples.${name}
-    COMMAND ${ch5_python_module} tests.homework.run_samples --own --seed 1 --seed 2 --seed 987654321987654321 --worker $<TARGET_FILE:worker_samples>
-            $<TARGET_FILE:homework_judge> ${samples_${name}})
-  set_tests_properties(Homework.JudgedSamples.${name} PROPERTIES LABELS "grading;nightly")
+    COMMAND ${run} --worker $<TARGET_FILE:all_worker_samples> $<TARGET_FILE:homework_judge> ${samples_${name}})
+  set_tests_properties(Homework.JudgedSamples.${name} PROPERTIES LABELS "grading;nightly" FIXTURES_REQUIRED all_samples)
 endforeach()
-set_tests_properties(Homework.JudgedSamples.stage_3 PROPERTIES LABELS "grading;slow")
+add_test(NAME Homework.JudgedSamplesOfTheDay
+  COMMAND ${run} --by-day --worker $<TARGET_FILE:worker_samples> $<TARGET_FILE:homework_judge> ${samples_stage_3})
+set_tests_properties(Homework.JudgedSamplesOfTheDay PROPERTIES LABELS "grading;slow")
