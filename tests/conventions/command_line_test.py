@@ -88,6 +88,7 @@ class CommandLine(FolderTest):
         self.refuses("status", "1.1", naming=["1.1"])
         self.refuses("check", "--seed", "x", env={**os.environ, "LC_ALL": "zh_CN.UTF-8"}, naming=["--seed 应为 0 到 9"])
         self.refuses("check", "--seed", "x", "--language", "zh", naming=["--seed 应为 0 到 9"])
+        self.refuses("check", "--seed=zh", env={**os.environ, "LC_ALL": "C.UTF-8"}, naming=["--seed must be"])
         self.refuses("fly", "--language=zh", ROOT / "README.md", naming=["不是已知的数据格式"])
         self.refuses("hint", naming=["needs a stage", "6A"])
         self.refuses("hint", "9.9", "1", naming=["9.9", "1.2, 2"])
