@@ -84,7 +84,7 @@ const G2oVertexTag kVertexTags[] = {{"VERTEX_SE2", kSE2, 3, MakeVertex<VertexSE2
                                     {"VERTEX_TRACKXYZ", kXYZ, 3, MakeVertex<VertexPointXYZ>}};
 
 const G2oEdgeTag kEdgeTags[] = {
-    {"EDGE_SE2", {kSE2, kSE2}, 0, 3, 3, {}, BetweenInPlane},
+    {kEdgeSE2, {kSE2, kSE2}, 0, 3, 3, {}, BetweenInPlane},
     {"EDGE_SE2_OFFSET", {kSE2, kSE2}, 2, 3, 3, {}, BetweenSensors<VertexSE2>},
     {"EDGE_SE2_XY", {kSE2, kXY}, 0, 2, 2, {}, SeenPoint<VertexSE2, VertexPointXY>},
     {"EDGE_SE2_POINTXY_OFFSET", {kSE2, kXY}, 1, 2, 2, {}, SeenPoint<VertexSE2, VertexPointXY>},
@@ -95,7 +95,7 @@ const G2oEdgeTag kEdgeTags[] = {
     {"EDGE_PRIOR_SE2_XY", {kSE2}, 0, 2, 2, {kXY}, Positions<VertexPointXY, VertexSE2>},
     {"EDGE_PRIOR_XY", {kXY}, 0, 2, 2, {kXY}, Positions<VertexPointXY, VertexPointXY>},
 
-    {"EDGE_SE3:QUAT", {kSE3, kSE3}, 0, 7, 6, {}, BetweenInSpace},
+    {kEdgeSE3, {kSE3, kSE3}, 0, 7, 6, {}, BetweenInSpace},
     {"EDGE_SE3_OFFSET", {kSE3, kSE3}, 2, 7, 6, {}, BetweenSensors<VertexPose>},
     {"EDGE_SE3_TRACKXYZ", {kSE3, kXYZ}, 1, 3, 3, {}, SeenPoint<VertexPose, VertexPointXYZ>},
     {"EDGE_POINTXYZ", {kXYZ, kXYZ}, 0, 3, 3, {}, Positions<VertexPointXYZ, VertexPointXYZ>},
@@ -133,10 +133,10 @@ std::vector<double> FromToroInPlane(std::vector<double> x) {
 
 const G2oWord kWords[] = {
     {"VERTEX2", "VERTEX_SE2", 3, false, false, AsItIs},
-    {"EDGE2", "EDGE_SE2", 9, false, false, FromToroInPlane},
+    {"EDGE2", kEdgeSE2, 9, false, false, FromToroInPlane},
     {"VERTEX3", "VERTEX_SE3:QUAT", 6, false, false, FromEulerAngles},
-    {"EDGE3", "EDGE_SE3:QUAT", 27, false, false, FromToroInSpace},
-    {"ODOMETRY", "EDGE_SE2", 9, false, true, AsItIs},
+    {"EDGE3", kEdgeSE3, 27, false, false, FromToroInSpace},
+    {"ODOMETRY", kEdgeSE2, 9, false, true, AsItIs},
     {"LANDMARK", "EDGE_SE2_XY", 5, true, true, AsItIs},
     {"EDGE_XY_PRIOR", "EDGE_PRIOR_XY", 5, false, false, AsItIs},
 };

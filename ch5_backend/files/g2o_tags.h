@@ -10,6 +10,9 @@
 
 namespace ch5 {
 
+/// Those that the reader and the writer know by name.
+constexpr char kEdgeSE2[] = "EDGE_SE2", kEdgeSE3[] = "EDGE_SE3:QUAT", kFix[] = "FIX";
+
 /// What a vertex of the format is: a pose or a point, in the plane or in space.
 enum class VertexKind { kSE2, kXY, kSE3, kXYZ };
 
