@@ -83,7 +83,7 @@ class Evidence(unittest.TestCase):
         kept = {path.stem for folder in evidence.KEPT for path in folder.glob("*.csv")} - {"measured"}
         trials = {f"gauge/{study}" for one in SETS for study in one.trials if one.folder == "gauge"}
         named = [table for row in evidence.ROWS.values() for table in row["tables"]]
-        self.assertEqual(listed | kept | trials | {"endurance"}, set(named))
+        self.assertEqual(listed | kept | trials | {"endurance"}, set(named), "each table needs a row of evidence.json, each row a table")
 
     def test_every_result_page_stands_in_a_row_and_every_place_exists(self):
         named = {place for row in evidence.ROWS.values() for place in row["where"]}
