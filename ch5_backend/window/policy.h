@@ -40,7 +40,7 @@ struct VinsOptions {
   /// than 10 s apart (WindowWeights::max_imu_seconds), and after such a pause nothing constrains velocity and biases.
   double keyframe_seconds = 5.0;
   double slow_seconds = 0.3;  ///< between images: from then on landmarks of all hosts are used, not only of older ones
-  int max_iterations = 8;
+  int max_iterations = 8;     ///< 5 lets no image take much longer than the others (GUIDE.md, recipes)
   double cost_tolerance = 1e-3;  ///< loose: the next image solves the window again
   int landmark_steps = 2;        ///< SolveOptions::landmark_steps
   /// Stops a solve by the clock, before the oldest frame leaves after 4/5 of it; VINS-Mono: 0.04. Without a limit, as a
@@ -67,9 +67,9 @@ struct OkvisOptions {
   double view_angle = 0.35;
   double gauge_information = 1e8;         ///< on position and yaw of the first frame [1/m², 1/rad²] …
   double later_gauge_information = 1e14;  ///< … and of the oldest frame once the first has left
-  int max_iterations = 10;
-  double cost_tolerance = 1e-3;  ///< loose: the next image solves the window again
-  int landmark_steps = 2;        ///< SolveOptions::landmark_steps
+  int max_iterations = 10;                ///< see VinsOptions
+  double cost_tolerance = 1e-3;           ///< loose: the next image solves the window again
+  int landmark_steps = 2;                 ///< SolveOptions::landmark_steps
 
   /// @throws OptionError
   void Validate() const;
