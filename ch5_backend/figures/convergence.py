@@ -18,12 +18,10 @@ def curves(panels, trace, **look):
 
 def draw(directory):
     trace, summary = read(directory, "mono_ba_trace"), read(directory, "mono_ba_summary")
-    fig, panels = plt.subplots(1, 3, figsize=style.WIDE, layout="constrained")
-    for scene, color in (("course", BLUE), ("large", GREEN)):
-        size = summary.row(scene=scene)
-        curves(dict(zip(PANELS, panels)), trace.where(scene=scene), color=color, marker="o",
-               label=f"{int(size['frames'])} frames × {int(size['points'])} points")
-    for axes, title in zip(panels, PANELS.values()):
-        axes.set(title=title, xlabel="iteration")
-    style.legend_above(fig, panels[0])
-    style.save(fig, directory, "mono_ba_convergence")
+    with style.panels(directory, "mono_ba_convergence", 1, 3, legend=3) as panels:
+        for scene, color in (("course", BLUE), ("large", GREEN)):
+            size = summary.row(scene=scene)
+            curves(dict(zip(PANELS, panels)), trace.where(scene=scene), color=color, marker="o",
+                   label=f"{int(size['frames'])} frames × {int(size['points'])} points")
+        for axes, title in zip(panels, PANELS.values()):
+            axes.set(title=title, xlabel="iteration")

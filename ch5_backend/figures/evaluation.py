@@ -3,7 +3,7 @@ import numpy as np
 
 from . import odometry, style
 from .odometry import COLORS, NAMES, policies, read_estimates, segments
-from .style import GRAY, INK, PALE, plt
+from .style import GRAY, INK, PALE
 from .tables import read
 
 HONEST = (1.24, 14.45)  # 95 % of χ² with 6 degrees of freedom lie between
@@ -33,12 +33,10 @@ def pieces(directory):
     table = read_estimates(directory, "odometry_lengths")
     if not len(table):
         return style.discard(directory, "odometry_lengths")
-    fig, panels = plt.subplots(1, 2, figsize=(10.0, 4.2), layout="constrained")
-    for axes, (quantity, title) in zip(panels, OF_PIECES.items()):
-        boxes(axes, {name: table.where(policy=name, quantity=quantity) for name in policies(table)})
-        axes.set(title=title, xlabel="part of the path [%]\ndistance [m]")
-    style.legend_above(fig, panels[0])
-    return style.save(fig, directory, "odometry_lengths")
+    with style.panels(directory, "odometry_lengths", 1, 2, (10.0, 4.2), legend=3) as panels:
+        for axes, (quantity, title) in zip(panels, OF_PIECES.items()):
+            boxes(axes, {name: table.where(policy=name, quantity=quantity) for name in policies(table)})
+            axes.set(title=title, xlabel="part of the path [%]\ndistance [m]")
 
 
 def sigmas(directory):
@@ -46,26 +44,24 @@ def sigmas(directory):
     table = read_estimates(directory, "odometry_consistency")
     if not len(table):
         return style.discard(directory, "odometry_consistency")
-    fig, panels = plt.subplots(1, 3, figsize=(10.0, 4.0), layout="constrained")
-    for axes, (title, columns) in zip(panels, OF_SIGMA.items()):
-        values = table.matrix(*columns)
-        span = np.array([np.nanmin(values[values > 0]), np.nanmax(values)])
-        axes.plot(span, span, color=INK, linewidth=1)
+    with style.panels(directory, "odometry_consistency", 1, 3, (10.0, 4.0), legend=3) as panels:
+        for axes, (title, columns) in zip(panels, OF_SIGMA.items()):
+            values = table.matrix(*columns)
+            span = np.array([np.nanmin(values[values > 0]), np.nanmax(values)])
+            axes.plot(span, span, color=INK, linewidth=1)
+            for name in policies(table):
+                axes.plot(*table.where(policy=name).matrix(*columns).T, odometry.DOTS[name], color=COLORS[name], markersize=4,
+                          alpha=0.6, label=NAMES[name])
+            style.log_axis(axes.xaxis)
+            style.log_axis(axes.yaxis)
+            axes.set(title=title, xlabel="claimed σ")
+        panels[0].set_ylabel("error")
         for name in policies(table):
-            axes.plot(*table.where(policy=name).matrix(*columns).T, odometry.DOTS[name], color=COLORS[name], markersize=4,
-                      alpha=0.6, label=NAMES[name])
-        style.log_axis(axes.xaxis)
-        style.log_axis(axes.yaxis)
-        axes.set(title=title, xlabel="claimed σ")
-    panels[0].set_ylabel("error")
-    for name in policies(table):
-        rows = table.where(policy=name)
-        panels[2].plot(rows["t_s"], rows["nees"], odometry.DOTS[name], color=COLORS[name], markersize=4, alpha=0.6)
-    panels[2].axhspan(*HONEST, color=PALE, zorder=0)
-    style.plain_log(panels[2].yaxis)
-    panels[2].set(title="NEES of the motion (6)", xlabel="time [s]")
-    style.legend_above(fig, panels[0])
-    return style.save(fig, directory, "odometry_consistency")
+            rows = table.where(policy=name)
+            panels[2].plot(rows["t_s"], rows["nees"], odometry.DOTS[name], color=COLORS[name], markersize=4, alpha=0.6)
+        panels[2].axhspan(*HONEST, color=PALE, zorder=0)
+        style.plain_log(panels[2].yaxis)
+        panels[2].set(title="NEES of the motion (6)", xlabel="time [s]")
 
 
 def spans(rows, keep, end):
@@ -92,56 +88,52 @@ def timeline(directory):
     """What each policy did when, the warnings, and below them the features of each image."""
     images, warnings = read(directory, "odometry_windows"), read_estimates(directory, "odometry_warnings").rows()
     names, begin, end = policies(images), images["t_s"].min(), images["t_s"].max()
-    fig, (what, features) = plt.subplots(2, 1, figsize=(10.0, 5.0), layout="constrained", sharex=True,
-                                         gridspec_kw={"height_ratios": (1.0, 1.6)})
-    for at, name in enumerate(names):
-        rows = images.where(policy=name)
-        tracking, solved = rows["status"] == "tracking", np.isfinite(rows["iterations"])
-        for keep, look in ((tracking & solved, {"color": COLORS[name]}), (tracking & ~solved, {"color": COLORS[name], "alpha": 0.35}),
-                           (~tracking, {"color": PALE})):
-            what.broken_barh(spans(rows, keep, end), (at - 0.3, 0.6), linewidth=0, **look)
-        for letter, _, of in lettered(restarts(directory)):
-            times = of.get(name, [])
-            what.plot(times, [at] * len(times), "X", color=INK, markersize=11, markeredgecolor="white")
-            for k, t in enumerate(times):  # near to one another they have one letter
-                if k == 0 or t - times[k - 1] > 0.03 * (end - begin):
-                    what.text(t, at - 0.31, letter, ha="center", va="bottom", weight="bold", fontsize=12)
-    for number, row in enumerate(warnings, start=1):
-        if np.isfinite(row["t_s"]):
-            what.text(row["t_s"], len(names), f"{number}", ha="center", va="center", weight="bold", fontsize=12)
-    whole = ", ".join(f"{number}" for number, row in enumerate(warnings, start=1) if not np.isfinite(row["t_s"]))
-    last = [f"warnings {whole}" if whole else "warnings"] if warnings else []
-    what.set_yticks(range(len(names) + len(last)), [*(NAMES[name] for name in names), *last])
-    what.set(ylim=(len(names) + len(last) - 0.4, -0.6), xlim=(begin, end))
-    what.grid(axis="y", visible=False)
-    seen = images.where(policy=names[0])
-    features.plot(seen["t_s"], seen["tracks"], color=GRAY, linewidth=1.2, label="tracked in the image")
-    for name in names:
-        rows = images.where(policy=name)
-        features.plot(rows["t_s"], rows["landmarks"], color=COLORS[name], linewidth=1.2, label=f"{NAMES[name]}: used in the solve")
-    features.set(xlabel="time [s]", title="features")
-    features.set_ylim(bottom=0)
-    features.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncol=3, fontsize=10, borderaxespad=0.2)
-    style.save(fig, directory, "odometry_timeline")
+    with style.panels(directory, "odometry_timeline", 2, 1, (10.0, 5.0), sharex=True, gridspec_kw={"height_ratios": (1.0, 1.6)}) as (what, features):
+        for at, name in enumerate(names):
+            rows = images.where(policy=name)
+            tracking, solved = rows["status"] == "tracking", np.isfinite(rows["iterations"])
+            for keep, look in ((tracking & solved, {"color": COLORS[name]}), (tracking & ~solved, {"color": COLORS[name], "alpha": 0.35}),
+                               (~tracking, {"color": PALE})):
+                what.broken_barh(spans(rows, keep, end), (at - 0.3, 0.6), linewidth=0, **look)
+            for letter, _, of in lettered(restarts(directory)):
+                times = of.get(name, [])
+                what.plot(times, [at] * len(times), "X", color=INK, markersize=11, markeredgecolor="white")
+                for k, t in enumerate(times):  # near to one another they have one letter
+                    if k == 0 or t - times[k - 1] > 0.03 * (end - begin):
+                        what.text(t, at - 0.31, letter, ha="center", va="bottom", weight="bold", fontsize=12)
+        for number, row in enumerate(warnings, start=1):
+            if np.isfinite(row["t_s"]):
+                what.text(row["t_s"], len(names), f"{number}", ha="center", va="center", weight="bold", fontsize=12)
+        whole = ", ".join(f"{number}" for number, row in enumerate(warnings, start=1) if not np.isfinite(row["t_s"]))
+        last = [f"warnings {whole}" if whole else "warnings"] if warnings else []
+        what.set_yticks(range(len(names) + len(last)), [*(NAMES[name] for name in names), *last])
+        what.set(ylim=(len(names) + len(last) - 0.4, -0.6), xlim=(begin, end))
+        what.grid(axis="y", visible=False)
+        seen = images.where(policy=names[0])
+        features.plot(seen["t_s"], seen["tracks"], color=GRAY, linewidth=1.2, label="tracked in the image")
+        for name in names:
+            rows = images.where(policy=name)
+            features.plot(rows["t_s"], rows["landmarks"], color=COLORS[name], linewidth=1.2, label=f"{NAMES[name]}: used in the solve")
+        features.set(xlabel="time [s]", title="features")
+        features.set_ylim(bottom=0)
+        features.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncol=3, fontsize=10, borderaxespad=0.2)
 
 
 def biases(directory):
     """The estimated biases over time, over the truth's where it has them."""
     path = read(directory, "odometry_path")
     truth = path.where(policy="truth")
-    fig, panels = plt.subplots(2, 3, figsize=(10.0, 5.0), layout="constrained", sharex=True)
-    for line, (title, columns) in zip(panels, BIASES.items()):
-        for axes, axis, column in zip(line, "xyz", columns):
-            if np.any(np.isfinite(truth[column])):
-                axes.plot(truth["t_s"], truth[column], color=GRAY, linewidth=4.0, alpha=0.5, label="truth")
-            for name in policies(path):
-                for k, rows in enumerate(segments(path.where(policy=name))):
-                    axes.plot(rows["t_s"], rows[column], color=COLORS[name], linewidth=1.3, label=NAMES[name] if k == 0 else None)
-            axes.set_title(f"{axis}: {title}" if axis == "x" else axis)
-    for axes in panels[1]:
-        axes.set_xlabel("time [s]")
-    style.legend_above(fig, panels[0, 0])
-    style.save(fig, directory, "odometry_biases")
+    with style.panels(directory, "odometry_biases", 2, 3, (10.0, 5.0), legend=3, sharex=True) as panels:
+        for line, (title, columns) in zip(panels, BIASES.items()):
+            for axes, axis, column in zip(line, "xyz", columns):
+                if np.any(np.isfinite(truth[column])):
+                    axes.plot(truth["t_s"], truth[column], color=GRAY, linewidth=4.0, alpha=0.5, label="truth")
+                for name in policies(path):
+                    for k, rows in enumerate(segments(path.where(policy=name))):
+                        axes.plot(rows["t_s"], rows[column], color=COLORS[name], linewidth=1.3, label=NAMES[name] if k == 0 else None)
+                axes.set_title(f"{axis}: {title}" if axis == "x" else axis)
+        for axes in panels[1]:
+            axes.set_xlabel("time [s]")
 
 
 def captions(directory, say):

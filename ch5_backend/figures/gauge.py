@@ -4,7 +4,7 @@ import numpy as np
 from . import style
 from .numbers import gauge_paper
 from .numbers.gauge import READINGS, STARTS, as_the_paper, differences, of_scene, over_weight
-from .style import BLUE, GREEN, GRAY, INK, ORANGE, PINK, SKY, VERMILION, plt
+from .style import BLUE, GREEN, GRAY, INK, ORANGE, PINK, SKY, VERMILION
 
 METHODS = {"fixation": ("fixation", BLUE, "o"), "free": ("free, damped", GREEN, "^"),
            "prior": ("prior, w = 10⁵", VERMILION, "s"), "pseudo-inverse": ("free, pseudo-inverse", PINK, "D")}
@@ -137,24 +137,23 @@ def paper_sweep(axes, table, label):
 
 def sweep(directory, table):
     """Figs. 4 and 5."""
-    fig, panels = plt.subplots(3, 3, figsize=(10.5, 8.8), layout="constrained", sharey="row", sharex=True)
-    for (iterations, time), path in zip(panels[:2].T, PATHS):
-        for name, (label, color, marker) in POINTS.items():
-            rows = of_scene(table, (path, name))
-            sweep_line(iterations, rows, "iterations", color, marker, label)
-            sweep_line(time, rows, "milliseconds", color, marker)
-        paper_sweep(iterations, table, "the paper's")
-        iterations.set_title(path)
-    sweep_errors(panels[2], table)
-    for axes in panels.flat:
-        axes.axvline(gauge_paper.RECOMMENDED, color=GRAY, linewidth=1.0, linestyle=(0, (4, 3)), zorder=0)
-        axes.set_xlabel("prior weight w" if axes in panels[2] else "")
-    for axes, title in zip(panels[:2, 0], ("iterations", "processor time [ms]")):
-        axes.set_ylabel(title)
-    style.legend_above(fig, panels[0, 0])
-    style.space(fig, rect=(0, 0.04, 1, 0.91))
-    fig.legend(*panels[2, 0].get_legend_handles_labels(), loc="lower left", ncol=6, fontsize=11, columnspacing=1.4)
-    style.save(fig, directory, "gauge_sweep")
+    with style.panels(directory, "gauge_sweep", 3, 3, (10.5, 8.8), sharey="row", sharex=True) as panels:
+        for (iterations, time), path in zip(panels[:2].T, PATHS):
+            for name, (label, color, marker) in POINTS.items():
+                rows = of_scene(table, (path, name))
+                sweep_line(iterations, rows, "iterations", color, marker, label)
+                sweep_line(time, rows, "milliseconds", color, marker)
+            paper_sweep(iterations, table, "the paper's")
+            iterations.set_title(path)
+        sweep_errors(panels[2], table)
+        for axes in panels.flat:
+            axes.axvline(gauge_paper.RECOMMENDED, color=GRAY, linewidth=1.0, linestyle=(0, (4, 3)), zorder=0)
+            axes.set_xlabel("prior weight w" if axes in panels[2] else "")
+        for axes, title in zip(panels[:2, 0], ("iterations", "processor time [ms]")):
+            axes.set_ylabel(title)
+        style.legend_above(panels[0, 0])
+        style.space(panels.flat[0].figure, rect=(0, 0.04, 1, 0.91))
+        panels.flat[0].figure.legend(*panels[2, 0].get_legend_handles_labels(), loc="lower left", ncol=6, fontsize=11, columnspacing=1.4)
 
 
 def reading_lines(axes, table, start, names, paper):

@@ -2,7 +2,7 @@
 import numpy as np
 
 from . import style
-from .style import BLUE, GREEN, GRAY, INK, ORANGE, VERMILION, plt
+from .style import BLUE, GREEN, GRAY, INK, ORANGE, VERMILION
 from .tables import dense, read
 from .words import Labels
 
@@ -43,11 +43,10 @@ def pair(axes, entries, say, names=("$H$", "$H_{pp} - H_{pm} H_{mm}^{-1} H_{mp}$
 
 
 def draw_pair(directory, scene, entries):
-    fig, panels = plt.subplots(1, 2, figsize=style.WIDE, layout="constrained")
-    image = pair(panels, entries, Labels("en"))
-    fig.colorbar(image, ax=list(panels), label="log₁₀ |entry|", shrink=0.85, pad=0.02)
-    style.space(fig, wspace=0.04)
-    style.save(fig, directory, f"hessian_{scene}")
+    with style.panels(directory, f"hessian_{scene}", 1, 2) as panels:
+        image = pair(panels, entries, Labels("en"))
+        panels[0].figure.colorbar(image, ax=list(panels), label="log₁₀ |entry|", shrink=0.85, pad=0.02)
+        style.space(panels[0].figure, wspace=0.04)
 
 
 def eigenvalues(axes, table, gauges, say):
@@ -73,6 +72,5 @@ def draw(directory):
     table, spectrum = read(directory, "hessian"), read(directory, "spectrum")
     for scene in dict.fromkeys(table["scene"]):
         draw_pair(directory, scene, table.where(scene=scene))
-    fig, axes = plt.subplots(figsize=(10.0, 4.2), layout="constrained")
-    eigenvalues(axes, spectrum, {gauge: gauge for gauge in spectrum["gauge"]}, Labels("en"))
-    style.save(fig, directory, "spectrum")
+    with style.panels(directory, "spectrum", 1, 1, (10.0, 4.2)) as axes:
+        eigenvalues(axes, spectrum, {gauge: gauge for gauge in spectrum["gauge"]}, Labels("en"))

@@ -78,7 +78,7 @@ def draw_weights(mine, experiment):
         style.log_axis(axes.xaxis)
         axes.set(title=title, xlabel="prior weight w")
     style.log_axis(panels[1].yaxis)
-    style.legend_above(fig, panels[0], 4)
+    style.legend_above(panels[0], 4)
     return fig
 
 

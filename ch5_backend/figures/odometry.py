@@ -73,22 +73,20 @@ def timing(directory):
     """Milliseconds for each image, and how they are spread."""
     tracking = read(directory, "odometry_windows").where(status="tracking")
     summary = read(directory, "odometry_policies")
-    fig, (left, right) = plt.subplots(1, 2, figsize=(10.0, 4.2), layout="constrained",
-                                      gridspec_kw={"width_ratios": (1.6, 1.0)})
-    for name in policies(tracking):
-        rows, p99 = tracking.where(policy=name), summary.row(policy=name)["p99_window_ms"]
-        left.plot(rows["t_s"], rows["milliseconds"], DOTS[name], color=COLORS[name], markersize=3, markeredgewidth=0.7)
-        left.axhline(p99, color=COLORS[name], linewidth=1.0)
-        ordered = np.sort(rows["milliseconds"])
-        right.plot(ordered, 100 * (np.arange(len(ordered)) + 1) / len(ordered), color=COLORS[name],
-                   label=f"{NAMES[name]}: 99 % in {p99:.2g} ms")
-    left.set(xlabel="time [s]", ylabel="[ms]", title="time spent on each image")
-    longest = 1.3 * np.nanmax(summary["p99_window_ms"])
-    left.set_ylim(0, longest)
-    right.set(xlabel="[ms]", ylabel="images done within [%]", title="its distribution")
-    right.set_xlim(0, longest)
-    style.legend_above(fig, right)
-    style.save(fig, directory, "odometry_timing")
+    with style.panels(directory, "odometry_timing", 1, 2, (10.0, 4.2), gridspec_kw={"width_ratios": (1.6, 1.0)}) as (left, right):
+        for name in policies(tracking):
+            rows, p99 = tracking.where(policy=name), summary.row(policy=name)["p99_window_ms"]
+            left.plot(rows["t_s"], rows["milliseconds"], DOTS[name], color=COLORS[name], markersize=3, markeredgewidth=0.7)
+            left.axhline(p99, color=COLORS[name], linewidth=1.0)
+            ordered = np.sort(rows["milliseconds"])
+            right.plot(ordered, 100 * (np.arange(len(ordered)) + 1) / len(ordered), color=COLORS[name],
+                       label=f"{NAMES[name]}: 99 % in {p99:.2g} ms")
+        left.set(xlabel="time [s]", ylabel="[ms]", title="time spent on each image")
+        longest = 1.3 * np.nanmax(summary["p99_window_ms"])
+        left.set_ylim(0, longest)
+        right.set(xlabel="[ms]", ylabel="images done within [%]", title="its distribution")
+        right.set_xlim(0, longest)
+        style.legend_above(right)
 
 
 def spectrum(directory):
@@ -97,21 +95,20 @@ def spectrum(directory):
     names = policies(table)
     if not names:
         return style.discard(directory, "odometry_spectrum")
-    fig, panels = plt.subplots(1, len(names), figsize=(10.0, 3.8), layout="constrained", sharey=True, squeeze=False)
-    for axes, name in zip(panels[0], names):
-        rows = table.where(policy=name)
-        times = np.unique(rows["t_s"])
-        for k, t in enumerate(times):
-            values = rows.where(t_s=t)["eigenvalue"]
-            shade = style.SHADES(k / max(1, len(times) - 1))
-            axes.plot(np.arange(1, len(values) + 1), np.maximum(values, 1e-10), color=shade, marker=style.MARKS[k % len(style.MARKS)],
-                      markersize=3.5, linewidth=0.8, label=f"{t:.1f} s")
-        style.log_axis(axes.yaxis)
-        axes.axvspan(0.5, 4.5, color=style.PALE, zorder=0)
-        axes.set(xlabel="number, ascending", title=f"{NAMES[name]}: the prior's spectrum")
-        axes.legend(loc="lower right", fontsize=10)
-    panels[0, 0].set_ylabel("eigenvalue")
-    return style.save(fig, directory, "odometry_spectrum")
+    with style.panels(directory, "odometry_spectrum", 1, len(names), (10.0, 3.8), sharey=True, squeeze=False) as panels:
+        for axes, name in zip(panels[0], names):
+            rows = table.where(policy=name)
+            times = np.unique(rows["t_s"])
+            for k, t in enumerate(times):
+                values = rows.where(t_s=t)["eigenvalue"]
+                shade = style.SHADES(k / max(1, len(times) - 1))
+                axes.plot(np.arange(1, len(values) + 1), np.maximum(values, 1e-10), color=shade, marker=style.MARKS[k % len(style.MARKS)],
+                          markersize=3.5, linewidth=0.8, label=f"{t:.1f} s")
+            style.log_axis(axes.yaxis)
+            axes.axvspan(0.5, 4.5, color=style.PALE, zorder=0)
+            axes.set(xlabel="number, ascending", title=f"{NAMES[name]}: the prior's spectrum")
+            axes.legend(loc="lower right", fontsize=10)
+        panels[0, 0].set_ylabel("eigenvalue")
 
 
 def zeros(directory, say, policy):
@@ -141,17 +138,16 @@ def gauge(directory):
     table = read_estimates(directory, "odometry_gauge")
     if not policies(table):
         return style.discard(directory, "odometry_gauge")
-    fig, panels = plt.subplots(1, 2, figsize=(10.0, 3.8), layout="constrained")
-    for name in policies(table):
-        yaw = table.where(policy=name, direction="yaw")
-        position = sum(table.where(policy=name, direction=axis)["information"] for axis in "xyz")
-        for axes, values in zip(panels, (yaw["information"], position)):
-            leak_line(axes, yaw["t_s"], values, name, label=NAMES[name], linewidth=1.2)
-    for axes, title in zip(panels, ("the prior's leak of yaw [rad⁻²]", "its leak of position [m⁻²]")):
-        style.log_axis(axes.yaxis)
-        axes.set(xlabel="time [s]", title=title)
-    panels[0].legend(loc="best", fontsize=11)  # what the priors know of position is rounding, all over the other panel
-    return style.save(fig, directory, "odometry_gauge")
+    with style.panels(directory, "odometry_gauge", 1, 2, (10.0, 3.8)) as panels:
+        for name in policies(table):
+            yaw = table.where(policy=name, direction="yaw")
+            position = sum(table.where(policy=name, direction=axis)["information"] for axis in "xyz")
+            for axes, values in zip(panels, (yaw["information"], position)):
+                leak_line(axes, yaw["t_s"], values, name, label=NAMES[name], linewidth=1.2)
+        for axes, title in zip(panels, ("the prior's leak of yaw [rad⁻²]", "its leak of position [m⁻²]")):
+            style.log_axis(axes.yaxis)
+            axes.set(xlabel="time [s]", title=title)
+        panels[0].legend(loc="best", fontsize=11)  # what the priors know of position is rounding, all over the other panel
 
 
 def path_words(say, rows, answered):

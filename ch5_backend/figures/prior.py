@@ -58,7 +58,7 @@ def sweep_figure(table):
                        va="top", fontsize=10.5, color=GRAY)
     for axes, title in zip(panels, ("iterations", "time [ms]", "RMSE, aligned by cameras [mm]")):
         axes.set_title(title)
-    style.legend_above(fig, panels[0])
+    style.legend_above(panels[0])
     return fig
 
 

@@ -15,7 +15,7 @@ from markupsafe import Markup
 from . import page, style
 from .digits import fixed
 from .odometry import COLORS, NAMES
-from .style import GRAY, plt
+from .style import GRAY
 from .tables import read, read_table
 from .words import Labels
 
@@ -47,24 +47,23 @@ def value(rows, name, policy, mode, quantity):
 
 def draw_errors(directory, rows, published):
     names = places(rows, published)
-    figure, panels = plt.subplots(3, 1, figsize=(10.0, 9.0), layout="constrained", sharex=True)
-    at = np.arange(len(names))
-    for axes, (quantity, (title, _)) in zip(panels, QUANTITIES.items()):
-        for k, (policy, mode) in enumerate((policy, mode) for policy in COLORS for mode in MODES):
-            values = [value(rows, name, policy, mode, quantity) for name in names]
-            axes.plot(at + 0.12 * (k - 1.5), values, "s" if mode == "full" else "o", color=COLORS[policy], markersize=7,
-                      fillstyle="none" if mode == "full" else "full", label=NAMES[policy] + MODES[mode][0])
-        axes.set_title(title)
-        style.plain_log(axes.yaxis)
-    for mark, system in zip(style.MARKS[2:], published.rows()):
-        values = [system.get(flight(name), np.nan) for name in names]
-        panels[0].plot(at, values, mark, color=GRAY, markersize=5, label=system["system"])
-    panels[2].axhline(6, color=GRAY, linewidth=1)
-    panels[2].set_xticks(at, names, rotation=35, ha="right")
-    panels[2].set_xlim(-0.6, len(names) - 0.4)
-    style.legend_above(figure, panels[0], 2)
-    style.space(figure, rect=(0, 0, 1, 0.86))
-    style.save(figure, directory, "recordings")
+    with style.panels(directory, "recordings", 3, 1, (10.0, 9.0), sharex=True) as panels:
+        at = np.arange(len(names))
+        for axes, (quantity, (title, _)) in zip(panels, QUANTITIES.items()):
+            for k, (policy, mode) in enumerate((policy, mode) for policy in COLORS for mode in MODES):
+                values = [value(rows, name, policy, mode, quantity) for name in names]
+                axes.plot(at + 0.12 * (k - 1.5), values, "s" if mode == "full" else "o", color=COLORS[policy], markersize=7,
+                          fillstyle="none" if mode == "full" else "full", label=NAMES[policy] + MODES[mode][0])
+            axes.set_title(title)
+            style.plain_log(axes.yaxis)
+        for mark, system in zip(style.MARKS[2:], published.rows()):
+            values = [system.get(flight(name), np.nan) for name in names]
+            panels[0].plot(at, values, mark, color=GRAY, markersize=5, label=system["system"])
+        panels[2].axhline(6, color=GRAY, linewidth=1)
+        panels[2].set_xticks(at, names, rotation=35, ha="right")
+        panels[2].set_xlim(-0.6, len(names) - 0.4)
+        style.legend_above(panels[0], 2)
+        style.space(panels[0].figure, rect=(0, 0, 1, 0.86))
 
 
 def tables(rows, published, say):

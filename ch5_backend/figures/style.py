@@ -2,6 +2,7 @@
 import argparse
 import functools
 import sys
+from contextlib import contextmanager
 from pathlib import Path
 
 import matplotlib
@@ -79,17 +80,24 @@ def save(figure, directory, name):
     plt.close(figure)
 
 
-def drawn(name, rows, columns, size=WIDE, legend=0, **shape):
-    """Makes draw(directory, tables) of a function that draws on panels, fill(panels, tables): it saves the figure NAME of so
-    many rows and columns, with a legend of so many columns above, of what the first panel has labeled."""
+@contextmanager
+def panels(directory, name, rows, columns, size=WIDE, legend=0, **shape):
+    """So many rows and columns to draw on; then the figure NAME is saved, with a legend of so many columns above, of what the
+    first panel has labeled."""
+    figure, axes = plt.subplots(rows, columns, figsize=size, layout="constrained", **shape)
+    yield axes
+    if legend:
+        legend_above(figure.axes[0], legend)
+    save(figure, directory, name)
+
+
+def drawn(name, *shape, **more):
+    """Makes draw(directory, tables) of a function that fills panels: fill(panels, tables)."""
     def of(fill):
         @functools.wraps(fill)
         def draw(directory, tables):
-            figure, panels = plt.subplots(rows, columns, figsize=size, layout="constrained", **shape)
-            fill(panels, tables)
-            if legend:
-                legend_above(figure, panels.flat[0], legend)
-            save(figure, directory, name)
+            with panels(directory, name, *shape, **more) as axes:
+                fill(axes, tables)
         return draw
     return of
 
@@ -236,11 +244,11 @@ def weight_axis(axes, weights):
     return np.where(weights > 0, weights, zero_at)
 
 
-def legend_above(figure, axes, columns=3):
+def legend_above(axes, columns=3):
     """One legend for all panels, above them; none where nothing is labeled."""
     handles, labels = axes.get_legend_handles_labels()
     if handles:
-        lines = -(-len(labels) // columns)
+        figure, lines = axes.figure, -(-len(labels) // columns)
         space(figure, rect=(0, 0, 1, 1 - (0.21 + 0.24 * lines) / figure.get_figheight()))
         figure.legend(handles, labels, loc="upper left", bbox_to_anchor=(0.005, 1.0), ncol=columns, fontsize=12,
                       columnspacing=1.8, handlelength=2.2)
