@@ -307,7 +307,7 @@ class RecordingApp(AppTest):
     def test_a_wrong_focal_length_is_corrected_unless_the_user_keeps_it(self):
         recording = self.simulate(12)
         edit(recording / "tracks.csv", lambda rows: [[*row[:2], *(repr(0.8 * float(x)) for x in row[2:])] for row in rows])
-        for words, said in (((), "the focal length is taken for so many times as long (corrected)"), (("--keep-focal-length",), "is the focal length right?")):
+        for words, said in (((), "the focal length multiplied by this factor (corrected)"), (("--keep-focal-length",), "is the focal length right?")):
             done = self.program(recording, "--out", self.out, "--policy", "vins", *words)
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertIn(said, done.stderr)

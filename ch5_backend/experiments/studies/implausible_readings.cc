@@ -295,7 +295,7 @@ void CheckSensor(const Sensor& sensor, Recording* recording, std::vector<bool>* 
     const double rate = static_cast<double>(runs.size()) / (imu.back().t - imu.front().t);
     warnings->push_back({sensor.name + "_held", rate, held_for,
                          Join("the ", sensor.name, " measures at ", rate, " Hz: each value stands in ", held_for,
-                              " readings in the mean; from one to the next is interpolated")});
+                              " readings in the mean; the estimators interpolate between them")});
     Interpolate(sensor.reading, runs, held_for, &imu);
     recording->calibration.noise.*sensor.density *= std::sqrt(held_for);  // as noisy values are so many times fewer
   }

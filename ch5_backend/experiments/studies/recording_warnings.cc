@@ -136,21 +136,23 @@ void CheckTurnGain(const TurnAgreement& turns, const std::optional<Disagreement>
     const double times = is_focal ? 1.0 / (1.0 + value) : 1.0 + value;
     warnings->push_back(
         {is_focal ? "turns_focal" : "turns_gyroscope", times, error,
-         Join("the images turn ", times, " ± ", error, " times as far as the gyroscope: ",
-              is_focal ? "is the focal length right? So many times as long, images and gyroscope agree best"
-                       : "is the gyroscope's scale factor right? With so many times its rates, both agree best")});
+         Join(
+             "the images turn ", times, " ± ", error, " times as far as the gyroscope: ",
+             is_focal
+                 ? "is the focal length right? Images and gyroscope agree best with it multiplied by this factor"
+                 : "is the gyroscope's scale factor right? Both agree best with its rates multiplied by this factor")});
   } else if (&best->cause == &found->shutter) {
     const double ms = 1e3 * c.height / c.fy;  // of all rows
     TakeBackShutter(value, recording);
     warnings->push_back({"turns_shutter", ms * value, ms * error,
                          Join("the camera sees its rows one after another, the last ", ms * value, " ± ", ms * error,
-                              " ms after the first, as a rolling shutter does: the estimators take it back")});
+                              " ms after the first, as a rolling shutter does: the estimators correct for it")});
   } else if (&best->cause == &found->drift) {
     c.noise.gyroscope_walk = value * std::sqrt(seconds);
-    warnings->push_back({"turns_drift", value * seconds, allowed,
-                         Join("the gyroscope's bias drifts by ", std::setprecision(3), value * seconds,
-                              " rad/s while imu.gyroscope_random_walk lets expect ", allowed,
-                              ": estimated with as much as was found")});
+    warnings->push_back(
+        {"turns_drift", value * seconds, allowed,
+         Join("the gyroscope's bias drifts by ", std::setprecision(3), value * seconds,
+              " rad/s; imu.gyroscope_random_walk lets one expect ", allowed, ": the estimators use what was found")});
   } else {
     constexpr double kDegrees = 180.0 / M_PI;
     settings->estimator.estimate_extrinsic = true;
@@ -326,8 +328,7 @@ void CorrectTurnGain(const OdometrySettings& settings, RecordingWarnings* warnin
   const double sigma = std::max(0.01 * times, left ? std::min(left->sigma, found->other) : found->other);
   *found = {is_focal ? "focal_corrected" : "gyroscope_corrected", times, sigma,
             Join("the images turn ", times, " ± ", sigma, " times as far as the gyroscope: ",
-                 is_focal ? "the focal length is taken for so many times as long" : "its rates are taken so many times",
-                 " (corrected)")};
+                 is_focal ? "the focal length" : "its rates", " multiplied by this factor (corrected)")};
 }
 
 RecordingWarnings CheckClock(const Recording& recording, OdometrySettings* settings) {
