@@ -51,7 +51,7 @@ install(FILES ${pc} DESTINATION ${pkgconfig})
 # The public headers: those of all layers but for the solver's inside. What one of them includes is public too, as the test
 # of the installed library sees.
 file(GLOB_RECURSE headers CONFIGURE_DEPENDS RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} *.h)
-list(FILTER headers EXCLUDE REGEX "^(experiments|lab|track|open_tasks|dense/blocks|sparse/kernels|sparse/steps|linear/cholmod)/")
+list(FILTER headers EXCLUDE REGEX "^(experiments|lab|track|python|open_tasks|dense/blocks|sparse/kernels|sparse/steps|linear/cholmod)/")
 foreach(internal IN ITEMS homework_missing math/dense_kernels math/dispatch math/precompiled math/vector_kernels
         linear/conjugate_gradients linear/pivot_rule linear/selected_inverse linear/sparse_cholesky
         sparse/hold_poses sparse/save_hessian sparse/sparse_solver types/edge_curve_fitting)

@@ -1,211 +1,22 @@
 /// The Python module ch5: graphs with residuals in Python, solving, marginalizing, and the estimator. NumPy in and out.
-#include <dlfcn.h>
 #include <pybind11/eigen.h>
 #include <pybind11/functional.h>
-#include <pybind11/numpy.h>
-#include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
-#include <mutex>
-
 #include "ch5_backend/files/g2o_file.h"
-#include "ch5_backend/files/recording_file.h"
 #include "ch5_backend/files/text_reader.h"
-#include "ch5_backend/graph/c_formula.h"
 #include "ch5_backend/initialize/initialize_pose_graph.h"
 #include "ch5_backend/marginalize/marginalize.h"
 #include "ch5_backend/math/option_checks.h"
+#include "ch5_backend/python/shared.h"
+#include "ch5_backend/python/vertices_and_edges.h"
 #include "ch5_backend/sparse/joint_covariance.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
-#include "ch5_backend/types/plus_jacobian.h"
 #include "ch5_backend/types/pose_graph/edge_between.h"
 #include "ch5_backend/version.h"
-#include "ch5_backend/window/estimator.h"
 #include "ch5_backend/window/measurement_checks.h"
 
-namespace py = pybind11;
-
 namespace {
-
-// A base class, so that it is there before the vertex.
-struct Memory {
-  py::array_t<double> now;  // NumPy's, so that an array can be shared
-  ch5::VecX before;
-};
-
-// Numbers that add, as many as are given.
-class VertexNumbers : private Memory, public ch5::Vertex {
- public:
-  VertexNumbers(const py::array_t<double>& x, bool landmark)
-      : Memory{x, ch5::VecX(x.size())},
-        Vertex(static_cast<int>(x.size()), static_cast<int>(x.size()), now.mutable_data(), before.data(),
-               landmark ? ch5::Role::kLandmark : ch5::Role::kPose) {}
-  void Plus(const double* delta) override { Parameters() += Eigen::Map<const ch5::VecX>(delta, Dimension()); }
-  ch5::VecX Minus(const ch5::VecX& x0) const override { return Parameters() - x0; }
-  std::string TypeInfo() const override { return "Vector"; }
-};
-
-// A view of a vertex' parameters, not a copy; the vertex lives as long.
-py::array_t<double> View(const std::shared_ptr<ch5::Vertex>& vertex) {
-  const py::capsule keep(new std::shared_ptr<ch5::Vertex>(vertex),
-                         [](void* kept) { delete static_cast<std::shared_ptr<ch5::Vertex>*>(kept); });
-  py::array_t<double> view(vertex->Dimension(), vertex->Parameters().data(), keep);
-  view.attr("flags").attr("writeable") = false;
-  return view;
-}
-
-// An edge whose sizes are known at run time.
-class EdgeOfAnySize : public ch5::Edge {
- public:
-  EdgeOfAnySize(std::vector<std::shared_ptr<ch5::Vertex>> vertices, int size)
-      : Edge(size, std::move(vertices), nullptr, nullptr),
-        r_(ch5::VecX::Zero(size)),
-        W_(ch5::MatXX::Identity(size, size)) {
-    SetMemory(r_.data(), W_.data());
-  }
-
- protected:
-  void TakeJacobians() const override {
-    if (!J_.empty()) return;
-    for (const auto& vertex : vertices_) J_.emplace_back(ch5::MatXX::Zero(r_.size(), vertex->LocalDimension()));
-    for (size_t i = 0; i < J_.size(); ++i) jacobians_[i] = J_[i].data();
-  }
-
-  ch5::VecX r_;
-  ch5::MatXX W_;
-  mutable std::vector<ch5::MatXX> J_;
-};
-
-// A residual in Python, differentiated numerically; or residual and Jacobians, if `jacobians` is there. Solving goes on without
-// Python's lock, which is taken for each call.
-class EdgeFunction : public EdgeOfAnySize {
- public:
-  EdgeFunction(std::vector<std::shared_ptr<ch5::Vertex>> vertices, py::function residual, int size,
-               py::object jacobians)
-      : EdgeOfAnySize(std::move(vertices), size),
-        residual_function_(std::move(residual)),
-        jacobian_function_(std::move(jacobians)),
-        arguments_(vertices_.size()) {
-    for (size_t i = 0; i < vertices_.size(); ++i) {
-      if (vertices_[i]) arguments_[i] = View(vertices_[i]);  // AddEdge refuses a missing one
-    }
-  }
-
-  void ComputeResidual() override {
-    const py::gil_scoped_acquire lock;
-    Take(residual_function_(*arguments_), &r_);
-  }
-  void ComputeJacobians() override {
-    if (jacobian_function_.is_none()) return Edge::ComputeJacobians();
-    TakeJacobians();
-    const py::gil_scoped_acquire lock;
-    const py::object given = jacobian_function_(*arguments_);
-    if (!py::isinstance<py::sequence>(given) || py::len(given) != J_.size()) {
-      throw std::invalid_argument(Name() + ": its jacobians are no list of " + std::to_string(J_.size()) +
-                                  " matrices, one a vertex");
-    }
-    for (size_t i = 0; i < J_.size(); ++i) Take(given[py::int_(i)], &J_[i]);
-  }
-  std::string TypeInfo() const override { return "Edge of Python"; }
-
- private:
-  // What a function has returned; for a single number a float will do.
-  template <typename Matrix>
-  void Take(const py::handle& given, Matrix* own) const {
-    const bool is_number = PyNumber_Check(given.ptr()) != 0 && !py::isinstance<py::array>(given);
-    if (is_number && own->size() == 1) return void(own->setConstant(given.cast<double>()));
-    const auto size = [](Eigen::Index rows, Eigen::Index columns) {
-      return std::to_string(rows) + "x" + std::to_string(columns) + " numbers";
-    };
-    std::string got = py::str(py::type::of(given).attr("__name__"));
-    try {
-      const auto numbers = given.cast<Matrix>();
-      got = size(numbers.rows(), numbers.cols());
-      if (numbers.rows() == own->rows() && numbers.cols() == own->cols()) return void(*own = numbers);
-    } catch (const py::cast_error&) {  // got is its type
-    }
-    throw std::invalid_argument(Name() + ": its function returned " + got + ", expected " +
-                                size(own->rows(), own->cols()));
-  }
-
-  py::function residual_function_;
-  py::object jacobian_function_;
-  py::tuple arguments_;
-};
-
-using Rows = py::array_t<double, py::array::c_style | py::array::forcecast>;
-
-// A formula that was compiled in C++, by its name in a shared library (graph/c_formula.h).
-struct Formula {
-  Formula(const std::string& path, const std::string& name) {
-    void* const library = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);  // for as long as the program runs
-    if (!library) throw std::invalid_argument(std::string("Formula: ") + dlerror());
-    const auto get = reinterpret_cast<const Ch5Formula* (*)()>(dlsym(library, name.c_str()));
-    if (!get) throw std::invalid_argument("Formula: " + path + " has no formula '" + name + "': CH5_FORMULA makes one");
-    it = get();
-  }
-  const Ch5Formula* it;
-};
-
-// An edge with a compiled formula, whose numbers stay in NumPy's memory.
-class EdgeFormula : public EdgeOfAnySize {
- public:
-  EdgeFormula(const Formula& formula, std::vector<std::shared_ptr<ch5::Vertex>> vertices, Rows numbers, py::ssize_t row)
-      : EdgeOfAnySize(std::move(vertices), formula.it->rows),
-        formula_(formula.it),
-        memory_(std::move(numbers)),
-        numbers_(formula.it->numbers > 0 ? memory_.data(row) : nullptr) {
-    const auto wanted = static_cast<size_t>(formula_->vertices);
-    if (vertices_.size() != wanted)
-      throw std::invalid_argument("Formula: " + std::to_string(vertices_.size()) + " vertices, expected " +
-                                  std::to_string(wanted));
-    for (size_t i = 0; i < wanted; ++i) {
-      const auto& vertex = vertices_[i];
-      if (!vertex) throw std::invalid_argument("Formula: vertex " + std::to_string(i) + " is missing");
-      if (vertex->Dimension() != formula_->parameters[i])
-        throw std::invalid_argument("Formula: vertex " + std::to_string(i) + " has " +
-                                    std::to_string(vertex->Dimension()) + " parameters, expected " +
-                                    std::to_string(formula_->parameters[i]));
-      x_.push_back(vertex->Parameters().data());
-      by_parameters_.emplace_back(ch5::MatXX::Zero(formula_->rows, vertex->Dimension()));
-      J_of_parameters_.push_back(by_parameters_.back().data());
-    }
-  }
-  void ComputeResidual() override { formula_->evaluate(x_.data(), numbers_, r_.data(), nullptr); }
-  void ComputeJacobians() override {
-    TakeJacobians();
-    formula_->evaluate(x_.data(), numbers_, r_.data(), J_of_parameters_.data());
-    for (size_t i = 0; i < J_.size(); ++i) {
-      const auto* const pose = dynamic_cast<const ch5::VertexPose*>(vertices_[i].get());
-      if (pose)
-        J_[i] = by_parameters_[i] * ch5::PlusJacobian(*pose);
-      else
-        J_[i] = by_parameters_[i];
-    }
-  }
-  std::string TypeInfo() const override { return "Edge of a formula"; }
-
- private:
-  const Ch5Formula* formula_;
-  Rows memory_;
-  const double* numbers_;
-  std::vector<const double*> x_;
-  std::vector<ch5::MatXX> by_parameters_;
-  std::vector<double*> J_of_parameters_;
-};
-
-// Something that one thread at a time uses: Python's lock is not held while it works.
-class OneThread {
- public:
-  std::unique_lock<std::recursive_mutex> Use(const char* what) {
-    std::unique_lock<std::recursive_mutex> lock(mutex_, std::try_to_lock);
-    if (!lock) throw std::runtime_error(std::string(what) + ": another thread is using it");
-    return lock;
-  }
-
- private:
-  std::recursive_mutex mutex_;
-};
 
 struct Graph : OneThread {
   ch5::Graph own;
@@ -322,88 +133,6 @@ py::dict Solve(Graph* graph, int max_iterations, int threads, const py::object& 
                   py::arg("lambda") = column(&ch5::IterationInfo::lambda),
                   py::arg("gradient_max") = column(&ch5::IterationInfo::gradient_max));
 }
-
-py::dict Describe(const ch5::StampedState& state) {
-  return py::dict(py::arg("t") = state.t, py::arg("p") = state.T_W_B.p,
-                  py::arg("q") = Eigen::Vector4d(state.T_W_B.q.coeffs()), py::arg("v") = state.v_W,
-                  py::arg("b_a") = state.b_a, py::arg("b_g") = state.b_g);
-}
-
-py::object DescribeIf(const std::optional<ch5::StampedState>& state) {
-  return state ? py::object(Describe(*state)) : py::none();
-}
-
-// An estimator, and the state of its last image.
-class PyEstimator : private OneThread {
- public:
-  PyEstimator(const ch5::Calibration& calibration, const std::string& policy, bool covariance, bool estimate_extrinsic,
-              bool estimate_time_offset, double time_offset)
-      : estimator_(Options(calibration, covariance, estimate_extrinsic, estimate_time_offset, time_offset),
-                   Policy(policy)) {}
-
-  void AddImu(double t, const ch5::Vec3& acceleration, const ch5::Vec3& gyroscope) {
-    const auto lock = Use("Estimator");
-    estimator_.AddImu({t, acceleration, gyroscope});
-  }
-  void AddImuRows(const Rows& rows) {
-    const auto lock = Use("Estimator");
-    if (rows.ndim() != 2 || rows.shape(1) != 7)
-      throw std::invalid_argument("add_imu: rows of t, acceleration, gyroscope: n x 7");
-    for (py::ssize_t k = 0; k < rows.shape(0); ++k) {
-      const double* row = rows.data(k);
-      estimator_.AddImu({row[0], {row[1], row[2], row[3]}, {row[4], row[5], row[6]}});
-    }
-  }
-
-  py::dict AddFrame(double t, const py::array_t<int, py::array::c_style | py::array::forcecast>& ids,
-                    const Rows& points) {
-    const auto lock = Use("Estimator");
-    const py::ssize_t n = ids.size();
-    if (ids.ndim() != 1 || (n > 0 && (points.ndim() != 2 || points.shape(0) != n || points.shape(1) != 2)))
-      throw std::invalid_argument("add_frame: one id a row of points");
-    ch5::Image image{t, {}};
-    for (py::ssize_t k = 0; k < n; ++k)
-      image.tracks.push_back({ids.data()[k], ch5::Vec2(points.data(k)[0], points.data(k)[1])});
-    const auto add = [&] {
-      const py::gil_scoped_release unlocked;
-      return estimator_.AddFrame(image);
-    };
-    const ch5::FrameReport report = add();
-    const char* status[] = {"starting", "tracking", "restarted"};
-    return py::dict(py::arg("status") = status[static_cast<int>(report.status)], py::arg("segment") = report.segment,
-                    py::arg("message") = report.message, py::arg("landmarks") = report.landmarks,
-                    py::arg("state") = DescribeIf(report.state),
-                    py::arg("covariance") = report.covariance ? py::cast(report.covariance->state) : py::none());
-  }
-
-  py::object PredictAt(double t) {
-    const auto lock = Use("Estimator");
-    return DescribeIf(estimator_.PredictAt(t));
-  }
-  double TimeOffset() {
-    const auto lock = Use("Estimator");
-    return estimator_.TimeOffset();
-  }
-
- private:
-  static ch5::EstimatorOptions Options(const ch5::Calibration& calibration, bool covariance, bool estimate_extrinsic,
-                                       bool estimate_time_offset, double time_offset) {
-    ch5::EstimatorOptions options;
-    options.calibration = calibration;
-    options.report_covariance = covariance;
-    options.estimate_extrinsic = estimate_extrinsic;
-    options.estimate_time_offset = estimate_time_offset;
-    options.time_offset = time_offset;
-    return options;
-  }
-  static std::unique_ptr<ch5::WindowPolicy> Policy(const std::string& name) {
-    if (name == "vins") return ch5::MakeVinsPolicy();
-    if (name == "okvis") return ch5::MakeOkvisPolicy();
-    throw std::invalid_argument("Estimator: policy is '" + name + "', expected 'vins' or 'okvis'");
-  }
-
-  ch5::Estimator estimator_;
-};
 
 std::shared_ptr<VertexNumbers> VectorOn(const py::array& x, bool landmark) {
   const bool fits =
@@ -567,59 +296,6 @@ py::dict SolvePoseGraph(const std::string& path, const std::string& start, int m
   result["poses"] = rows;
   result["g2o"] = ch5::FormatG2o(*graph->file);
   return result;
-}
-
-/// (calibration, IMU, images) of a recording's folder.
-py::tuple ReadRecording(const std::string& folder) {
-  const ch5::Recording recording = ch5::ReadRecording(folder);
-  ch5::MatXX imu(recording.imu.size(), 7);
-  for (size_t k = 0; k < recording.imu.size(); ++k) {
-    imu.row(static_cast<Eigen::Index>(k)) << recording.imu[k].t, recording.imu[k].acceleration.transpose(),
-        recording.imu[k].gyroscope.transpose();
-  }
-  py::list frames;
-  for (const ch5::Image& image : recording.images) {
-    std::vector<int> ids;
-    Eigen::Matrix<double, Eigen::Dynamic, 2> points(image.tracks.size(), 2);
-    for (size_t k = 0; k < image.tracks.size(); ++k) {
-      ids.push_back(image.tracks[k].id);
-      points.row(static_cast<Eigen::Index>(k)) = image.tracks[k].x;
-    }
-    frames.append(py::make_tuple(image.t, ids, points));
-  }
-  return py::make_tuple(recording.calibration, imu, frames);
-}
-
-void DefineEstimator(py::module_& module) {
-  py::class_<ch5::Calibration>(module, "Calibration", "Camera and IMU.")
-      .def(py::init<>())
-      .def_readwrite("fx", &ch5::Calibration::fx)
-      .def_readwrite("fy", &ch5::Calibration::fy)
-      .def_readwrite("gravity", &ch5::Calibration::gravity)
-      .def(
-          "set_extrinsic",
-          [](ch5::Calibration& c, const ch5::Vec3& p, const Eigen::Vector4d& q) {
-            c.T_B_C = {ch5::Qd(q[3], q[0], q[1], q[2]), p};
-          },
-          py::arg("p_B_C"), py::arg("q_B_C"))
-      .def(
-          "set_noise",
-          [](ch5::Calibration& c, double a, double g, double a_walk, double g_walk) {
-            c.noise = {a, g, a_walk, g_walk, true};
-          },
-          py::arg("accelerometer"), py::arg("gyroscope"), py::arg("accelerometer_walk"), py::arg("gyroscope_walk"));
-  py::class_<PyEstimator>(module, "Estimator", "Visual-inertial odometry by VINS's window or OKVIS's.")
-      .def(py::init<const ch5::Calibration&, const std::string&, bool, bool, bool, double>(), py::arg("calibration"),
-           py::arg("policy") = "vins", py::arg("covariance") = false, py::arg("estimate_extrinsic") = false,
-           py::arg("estimate_time_offset") = false, py::arg("time_offset") = 0.0)
-      .def("add_imu", &PyEstimator::AddImu, py::arg("t"), py::arg("acceleration"), py::arg("gyroscope"))
-      .def("add_imu", &PyEstimator::AddImuRows, py::arg("rows"), "Many at once: rows of t, acceleration, gyroscope.")
-      .def("add_frame", &PyEstimator::AddFrame, py::arg("t"), py::arg("ids"), py::arg("points"),
-           "Tracks on the normalized plane, an id a row. Other threads of Python go on meanwhile.")
-      .def("predict_at", &PyEstimator::PredictAt, py::arg("t"), "The state at t by the IMU, or None.")
-      .def_property_readonly("time_offset", &PyEstimator::TimeOffset, "By which the camera's clock is late [s].");
-  module.def("read_recording", &ReadRecording, py::arg("folder"),
-             "calibration, IMU as rows of t, acceleration, gyroscope, and images as tuples (t, ids, points).");
 }
 
 }  // namespace
