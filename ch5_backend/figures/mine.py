@@ -56,18 +56,14 @@ def draw_convergence(axes, mine, experiment):
     axes.legend()
 
 
-def draw_matrices(mine, experiment):
-    names = MATRICES[experiment]
-    fig, panels = plt.subplots(1, 3, figsize=style.WIDE, layout="constrained")
-    for axes, name in zip(panels, names):
+def draw_matrices(panels, mine, experiment):
+    for axes, name in zip(panels, MATRICES[experiment]):
         draw_matrix(axes, mine, experiment, name)
     if experiment == "hessian":
         draw_convergence(panels[2], mine, experiment)
-    return fig
 
 
-def draw_weights(mine, experiment):
-    fig, panels = plt.subplots(1, 2, figsize=style.WIDE, layout="constrained")
+def draw_weights(panels, mine, experiment):
     for axes, column, title in zip(panels, ("iterations", "drift_m"), ("iterations", "drift of frame 0 [m]")):
         for variant, marker in (("course", "o"), ("perturbed", "s")):
             for table, look in sides(mine, experiment, "weights"):
@@ -78,12 +74,9 @@ def draw_weights(mine, experiment):
         style.log_axis(axes.xaxis)
         axes.set(title=title, xlabel="prior weight w")
     style.log_axis(panels[1].yaxis)
-    style.legend_above(panels[0], 4)
-    return fig
 
 
-def draw_gauge(mine, experiment):
-    fig, panels = plt.subplots(1, 4, figsize=style.WIDE, sharey=True, layout="constrained")
+def draw_gauge(panels, mine, experiment):
     for axes, (gauge, title) in zip(panels, DEVIATIONS):
         for table, look in sides(mine, experiment, "deviations", BROAD, DOTTED):
             rows = table.where(gauge=gauge)
@@ -92,12 +85,11 @@ def draw_gauge(mine, experiment):
         axes.set(title=title, xlabel="keyframe")
     panels[0].set_ylabel("σ of the position [m]")
     panels[0].legend()
-    return fig
 
 
-def draw_flight(mine, experiment):
+def draw_flight(panels, mine, experiment):
     """From above, no further out than three rooms; and how far the flight is from the solution's."""
-    fig, (above, apart) = plt.subplots(1, 2, figsize=style.WIDE, layout="constrained", gridspec_kw={"width_ratios": (1.2, 1)})
+    above, apart = panels
     paths = {"truth": mine.truth(experiment), "solution": mine.path(experiment, "solution"), "own": mine.path(experiment, "own")}
     looks = {"truth": {"color": PALE, "linewidth": 6, "label": "truth"}, "solution": SOLUTION, "own": OWN}
     for name, path in paths.items():
@@ -118,11 +110,10 @@ def draw_flight(mine, experiment):
         style.log_axis(apart.yaxis)
     apart.set(title="your flight from the solution's [m]", xlabel="time [s]", visible=bool(len(paths["own"])))
     above.legend(fontsize=11)
-    return fig
 
 
-def draw_blocks(mine, experiment):
-    fig, (left, right) = plt.subplots(1, 2, figsize=style.WIDE, layout="constrained")
+def draw_blocks(panels, mine, experiment):
+    left, right = panels
     draw_convergence(left, mine, experiment)
     times = mine.table(experiment, "own", "times")
     right.set_visible(times is not None)
@@ -132,11 +123,10 @@ def draw_blocks(mine, experiment):
             right.text(value, name, f" {style.number(value)}", va="center")
         right.invert_yaxis()
         right.set(title="milliseconds an iteration", xlim=(0, 1.25 * times["milliseconds"].max()))
-    return fig
 
 
-def draw_beacons(mine, experiment):
-    fig, (left, right) = plt.subplots(1, 2, figsize=style.WIDE, layout="constrained")
+def draw_beacons(panels, mine, experiment):
+    left, right = panels
     draw_convergence(left, mine, experiment)
     own, solution = mine.both(experiment, "path")
     right.plot(solution["true_x_m"], solution["true_y_m"], color=PALE, linewidth=6, label="truth")
@@ -146,11 +136,13 @@ def draw_beacons(mine, experiment):
         right.plot(own["guess_x_m"], own["guess_y_m"], ":", color=SKY, label="your IMU alone")
     right.set(title="from above", xlabel="x [m]", ylabel="y [m]", aspect="equal", xlim=(-6, 6), ylim=(-6, 6))
     right.legend(fontsize=11)
-    return fig
 
 
-DRAW = {"hessian": draw_matrices, "marginal": draw_matrices, "weights": draw_weights, "gauge": draw_gauge,
-        "okvis": draw_flight, "vins": draw_flight, "blocks": draw_blocks, "beacons": draw_beacons}
+FLIGHT = (draw_flight, 2, {"gridspec_kw": {"width_ratios": (1.2, 1)}})
+DRAW = {  # what fills the panels of an experiment, how many, and what else they ask for
+    "hessian": (draw_matrices, 3, {}), "marginal": (draw_matrices, 3, {}), "weights": (draw_weights, 2, {"legend": 4}),
+    "gauge": (draw_gauge, 4, {"sharey": True}), "okvis": FLIGHT, "vins": FLIGHT, "blocks": (draw_blocks, 2, {}),
+    "beacons": (draw_beacons, 2, {})}
 
 
 # ---- Words ----------------------------------------------------------------------------------------------------------
@@ -227,7 +219,9 @@ def body_of(directory, mine, say):
 def make(directory, language):
     mine = Mine(directory)
     for experiment in mine.failures:
-        style.save(DRAW[experiment](mine, experiment), directory, f"mine_{experiment}")
+        fill, columns, shape = DRAW[experiment]
+        with style.panels(directory, f"mine_{experiment}", 1, columns, **shape) as panels:
+            fill(panels, mine, experiment)
     page.write_all(directory, "mine.heading", lambda place, say: body_of(place, mine, say), PAGES)
     say = Words(language)
     for experiment in mine.failures:
