@@ -88,6 +88,11 @@ class BuildFolder(unittest.TestCase):
             cmake_build.build()
         self.assertIn("the disk is full: problem.cc:9:1", str(caught.exception))
 
+    def test_a_place_that_cannot_be_written_is_told_with_a_way_out(self):
+        with tempfile.NamedTemporaryFile() as file, mock.patch.object(cmake_build, "BUILD", Path(file.name, "release")), \
+                self.assertRaisesRegex(CourseError, f"{re.escape(file.name)}.*CH5_BUILD_DIR=FOLDER"), cmake_build.build_lock():
+            pass
+
     def test_a_folder_of_another_compiler_or_project_is_made_anew(self):
         here = {"CMAKE_HOME_DIRECTORY": str(ROOT), "CMAKE_CXX_COMPILER": shutil.which("sh")}
         for words, cached, foreign in (([], here, False), (["sh"], here, False), (["cat"], here, True), (["cat"], {}, False),

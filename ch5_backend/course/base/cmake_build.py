@@ -147,7 +147,11 @@ def cached_entries(folder: Path) -> dict:
 @contextmanager
 def build_lock():
     """Two ./course at once must not write the same build folder; the second one waits."""
-    BUILD.mkdir(parents=True, exist_ok=True)
-    with open(BUILD / ".lock", "w", encoding="utf-8") as file:
+    try:
+        BUILD.mkdir(parents=True, exist_ok=True)
+        file = open(BUILD / ".lock", "w", encoding="utf-8")
+    except OSError as error:
+        raise CourseError(sentence("compiler.no_folder", folder=str(BUILD))) from error
+    with file:
         hold(file, "builds")
         yield
