@@ -1,34 +1,68 @@
-#include "ch5_homework/judge/compiled_products.h"
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
 
-#ifdef CH5_COMPILED_PRODUCTS
-// Eigen's functions for another destination, a Map, do what is announced for a matrix.
-#define CH5_COMPILE_ONE(L, R, function)                 \
-  CH5_PRODUCT(L, R, function) {                         \
-    Map<MatrixXd> map(to.data(), to.rows(), to.cols()); \
-    function(map, lhs, rhs);                            \
-  }                                                     \
-  static_assert(true)
-#define CH5_COMPILE(L, R)                               \
-  CH5_COMPILE_ONE(L, R, evalTo);                        \
-  CH5_COMPILE_ONE(L, R, addTo);                         \
-  CH5_COMPILE_ONE(L, R, subTo);                         \
-  CH5_SCALED_PRODUCT(L, R) {                            \
-    Map<MatrixXd> map(to.data(), to.rows(), to.cols()); \
-    scaleAndAddTo(map, lhs, rhs, factor);               \
-  }                                                     \
-  static_assert(true)
-#define CH5_COMPILE_VECTOR(L)                \
-  CH5_SCALED_PRODUCT_WITH_VECTOR(L) {        \
-    Map<VectorXd> map(to.data(), to.size()); \
-    scaleAndAddTo(map, lhs, rhs, factor);    \
-  }                                          \
-  static_assert(true)
+#include "ch5_homework/judge/in_memory.h"
 
-namespace Eigen::internal {
-CH5_COMPILED_PRODUCTS(CH5_COMPILE, CH5_COMPILE_VECTOR, CH5_COMPILE_ONE);
-}  // namespace Eigen::internal
+namespace ch5::compiled {
 
-void ch5::compiled::Invert(const Eigen::MatrixXd& matrix, Eigen::MatrixXd* inverse) {
-  *inverse = matrix.partialPivLu().inverse();
+// Column by column of C, to which four columns of A are added at a time. C is cleared before A and B are read, as by Eigen: where
+// a student's noalias() is wrong, the product is.
+void Multiply(double factor, const View<const double>& A, const View<const double>& B, bool adds,
+              const View<double>& C) {
+  const std::ptrdiff_t rows = A.rows, inner = A.columns;
+  for (std::ptrdiff_t j = 0; !adds && j < B.columns; ++j) {
+    for (std::ptrdiff_t i = 0; i < rows; ++i) C(i, j) = 0.0;
+  }
+  std::vector<double> columns(static_cast<size_t>(rows * inner)), sum(static_cast<size_t>(rows));
+  const View<double> packed{columns.data(), rows, inner, 1, rows};
+  for (std::ptrdiff_t k = 0; k < inner; ++k) {
+    for (std::ptrdiff_t i = 0; i < rows; ++i) packed(i, k) = A(i, k);
+  }
+  double* const __restrict c = sum.data();
+  for (std::ptrdiff_t j = 0; j < B.columns; ++j) {
+    std::fill(sum.begin(), sum.end(), 0.0);
+    std::ptrdiff_t k = 0;
+    for (; k + 4 <= inner; k += 4) {
+      const double* const a = &packed(0, k);
+      const double b_0 = B(k, j), b_1 = B(k + 1, j), b_2 = B(k + 2, j), b_3 = B(k + 3, j);
+      for (std::ptrdiff_t i = 0; i < rows; ++i) {
+        c[i] += a[i] * b_0 + a[i + rows] * b_1 + a[i + 2 * rows] * b_2 + a[i + 3 * rows] * b_3;
+      }
+    }
+    for (; k < inner; ++k) {
+      const double* const a = &packed(0, k);
+      const double b = B(k, j);
+      for (std::ptrdiff_t i = 0; i < rows; ++i) c[i] += a[i] * b;
+    }
+    for (std::ptrdiff_t i = 0; i < rows; ++i) C(i, j) += factor * c[i];
+  }
 }
-#endif
+
+void Invert(const View<double>& A, const View<double>& inverse) {
+  const std::ptrdiff_t n = A.rows;
+  for (std::ptrdiff_t i = 0; i < n; ++i) {
+    for (std::ptrdiff_t j = 0; j < n; ++j) inverse(i, j) = i == j ? 1.0 : 0.0;
+  }
+  for (std::ptrdiff_t k = 0; k < n; ++k) {
+    std::ptrdiff_t pivot = k;
+    for (std::ptrdiff_t i = k; i < n; ++i) {
+      if (std::abs(A(i, k)) > std::abs(A(pivot, k))) pivot = i;
+    }
+    for (const View<double>& M : {A, inverse}) {
+      for (std::ptrdiff_t j = 0; j < n; ++j) std::swap(M(k, j), M(pivot, j));
+    }
+    for (std::ptrdiff_t i = 0; i < n; ++i) {
+      const double times = A(i, k) / A(k, k);
+      for (const View<double>& M : {A, inverse}) {
+        for (std::ptrdiff_t j = 0; j < n; ++j) M(i, j) = i == k ? M(k, j) : M(i, j) - times * M(k, j);
+      }
+    }
+  }
+  for (std::ptrdiff_t i = 0; i < n; ++i) {
+    for (std::ptrdiff_t j = 0; j < n; ++j) inverse(i, j) /= A(i, i);
+  }
+}
+
+}  // namespace ch5::compiled

@@ -43,7 +43,7 @@ add_custom_target(answers VERBATIM
   COMMAND ${ch5_python_module} tests.homework.run_samples --write $<TARGET_FILE:all_homework_samples> ${mistake_files}
   COMMAND ${ch5_python_module} tests.homework.run_samples --write $<TARGET_FILE:all_homework_samples> blanks)
 add_executable(test_formula formula_test.cc open_tasks_formulas_test.cc ${scene_objects} $<TARGET_OBJECTS:stage_tests_slips>
-  $<FILTER:$<TARGET_OBJECTS:stage_tests_common>,EXCLUDE,/main[.]cc>
+  $<TARGET_OBJECTS:stage_tests_common> $<FILTER:$<TARGET_OBJECTS:stage_tests_given>,EXCLUDE,/main[.]cc>
   $<FILTER:$<TARGET_OBJECTS:stage_tests_open_tasks>,INCLUDE,/right/>)
 target_link_libraries(test_formula PRIVATE ch5_backend ch5_test_settings GTest::gtest GTest::gtest_main)
 target_precompile_headers(test_formula REUSE_FROM ch5_test_pch)

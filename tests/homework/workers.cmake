@@ -14,7 +14,8 @@ add_library(wire_test OBJECT wire_test.cc)
 target_link_libraries(wire_test PRIVATE ch5_backend ch5_test_settings GTest::gtest)
 target_precompile_headers(wire_test REUSE_FROM ch5_test_pch)
 add_executable(test_wire $<TARGET_OBJECTS:wire_test> $<TARGET_OBJECTS:wire>
-  ${scene_objects} $<TARGET_OBJECTS:stage_tests_slips> $<FILTER:$<TARGET_OBJECTS:stage_tests_common>,EXCLUDE,/main[.]cc>)
+  ${scene_objects} $<TARGET_OBJECTS:stage_tests_slips> $<TARGET_OBJECTS:stage_tests_common>
+  $<FILTER:$<TARGET_OBJECTS:stage_tests_given>,EXCLUDE,/main[.]cc>)
 target_link_libraries(test_wire PRIVATE ch5_backend ch5_test_settings GTest::gtest GTest::gtest_main)
 set_target_properties(test_wire PROPERTIES LINKER_LANGUAGE CXX)
 gtest_discover_tests(test_wire TEST_PREFIX Homework. DISCOVERY_MODE PRE_TEST PROPERTIES LABELS grading)

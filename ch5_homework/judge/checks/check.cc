@@ -2,8 +2,8 @@
 
 namespace ch5::homework {
 
-std::map<std::string, Check>& Checks() {
-  static std::map<std::string, Check> checks;
+std::map<std::string, Checker>& Checks() {
+  static std::map<std::string, Checker> checks;
   return checks;
 }
 

@@ -8,12 +8,12 @@
 
 namespace ch5::homework {
 
-using Check = void (*)(const Submission& submission, const Values& given, Answer* answer);
+using Checker = void (*)(const Submission& submission, const Values& given, Answer* answer);
 
 /// By name.
-std::map<std::string, Check>& Checks();
+std::map<std::string, Checker>& Checks();
 /// Before main.
-inline bool AddChecks(const std::map<std::string, Check>& checks) {
+inline bool AddChecks(const std::map<std::string, Checker>& checks) {
   Checks().insert(checks.begin(), checks.end());
   return true;
 }

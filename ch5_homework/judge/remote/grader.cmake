@@ -14,7 +14,7 @@ set(grader ${PROJECT_BINARY_DIR}/grader)
 file(GLOB_RECURSE headers CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/ch5_backend/*.h)
 list(FILTER headers EXCLUDE REGEX "^ch5_backend/(experiments|lab)/")
 foreach(header IN LISTS headers ITEMS ch5_homework/judge/told_sizes.h ch5_homework/judge/compiled_products.h
-        ch5_homework/judge/remote/precompiled.h ch5_homework/judge/remote/usual_expressions.h)
+        ch5_homework/judge/in_memory.h ch5_homework/judge/remote/precompiled.h ch5_homework/judge/remote/usual_expressions.h)
   add_custom_command(OUTPUT ${grader}/include/${header} DEPENDS ${PROJECT_SOURCE_DIR}/${header} VERBATIM
     COMMAND ${CMAKE_COMMAND} -E copy ${PROJECT_SOURCE_DIR}/${header} ${grader}/include/${header})
   list(APPEND copies ${grader}/include/${header})

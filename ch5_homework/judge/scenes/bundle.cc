@@ -13,7 +13,7 @@ MonoBaOptions Options(int frames, int points, double position_sigma, double rota
   return options;
 }
 
-[[maybe_unused]] const bool added =
+[[maybe_unused]] const bool bundles_added =
     Scene::Add("start",
                [](const std::string&, const Scene::Sizes&) { return std::unique_ptr<Scene>(new StartScene); }) &&
     Scene::Add("bundle", [](const std::string&, const Scene::Sizes& sizes) {

@@ -18,35 +18,14 @@ class AgedEdge {
   virtual int Fresh() const = 0;
   bool IsFresh() const { return Fresh() == (kResidual | kJacobians); }
 };
-template <int R, typename... V>
-class AgedRandomEdge : public RandomEdge<R, V...>, public AgedEdge {
+class AgedRandomEdge : public RandomEdge, public AgedEdge {
  public:
-  AgedRandomEdge(Random* random, std::shared_ptr<V>... vertices) : RandomEdge<R, V...>(random, std::move(vertices)...) {
-    this->r_ = RandomMatrix(R, 1, random);
-    for (size_t i = 0; i < sizeof...(V); ++i) {
-      right_J_.push_back(this->Jacobian(i));
-      old_J_.push_back(RandomMatrix(R, this->vertices_[i]->LocalDimension(), random));
-      SetJ(i, old_J_[i]);
-    }
-  }
-  void ComputeJacobians() override {
-    for (size_t i = 0; i < sizeof...(V); ++i) SetJ(i, right_J_[i]);
-  }
-  /// From now on the residual is zero; the Jacobians are not.
-  void Fit() { this->right_r_.setZero(); }
-  int Fresh() const override {
-    int fresh = (this->r_ == this->right_r_ ? kResidual : 0) | kJacobians;
-    for (size_t i = 0; i < sizeof...(V); ++i) {
-      if (this->Jacobian(i) != right_J_[i]) fresh &= ~kJacobians;
-    }
-    return fresh;
-  }
+  AgedRandomEdge(int rows, Random* random, VertexList vertices);
+  void ComputeJacobians() override;
+  int Fresh() const override;
 
  private:
-  void SetJ(size_t i, const MatXX& J) {
-    Eigen::Map<MatXX>(this->jacobians_[i], R, this->vertices_[i]->LocalDimension()) = J;
-  }
-  std::vector<MatXX> right_J_, old_J_;
+  std::vector<MatXX> right_J_;
 };
 
 /// Three poses, a speed-bias, three depths and a fixed extrinsic; dropped are the middle pose, the speed-bias and the
@@ -67,9 +46,8 @@ class FactorGraph : public Scene {
   VertexList dropped_;
 
  private:
-  template <int R, typename... V>
-  void AddFactor(Random* random, std::vector<int> drop_set, std::shared_ptr<const LossFunction> loss,
-                 std::shared_ptr<V>... vertices);
+  RandomEdge& AddFactor(int rows, Random* random, std::vector<int> drop_set, std::shared_ptr<const LossFunction> loss,
+                        VertexList vertices);
 
   Graph graph_;
 };

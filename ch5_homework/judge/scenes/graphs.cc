@@ -1,5 +1,6 @@
 /// Small graphs of random edges: stages 1.1, 1.2, 5 and 7.
 
+#include "ch5_backend/graph/sized_edge.h"
 #include "ch5_homework/judge/scenes/scene.h"
 
 namespace ch5::homework {
@@ -9,14 +10,14 @@ namespace {
 
 void OneEdge(GraphScene* s) {
   s->poses = AddPoses(&s->graph, 2);
-  AddRandomEdge<4>(&s->graph, &s->random, s->poses[0], s->poses[1]);
+  s->AddRandomEdge(4, {s->poses[0], s->poses[1]});
 }
 
 void OnePair(GraphScene* s) {
   const auto& poses = s->poses = AddPoses(&s->graph, 3);
-  for (int k = 0; k < 3; ++k) AddRandomEdge<4>(&s->graph, &s->random, poses[0], poses[2]);
-  AddRandomEdge<6>(&s->graph, &s->random, poses[2], poses[0]);  // the vertices in the other order
-  AddRandomEdge<6>(&s->graph, &s->random, poses[1]);
+  for (int k = 0; k < 3; ++k) s->AddRandomEdge(4, {poses[0], poses[2]});
+  s->AddRandomEdge(6, {poses[2], poses[0]});  // the vertices in the other order
+  s->AddRandomEdge(6, {poses[1]});
 }
 
 class Difference : public SizedEdge<1, VertexScalar, VertexScalar> {
@@ -52,10 +53,10 @@ void PointsAndADepth(GraphScene* s) {
   const auto& poses = s->poses = AddPoses(&s->graph, 3);
   const auto depths = AddInverseDepths(&s->graph, 1);
   for (const auto& point : points) {
-    for (const auto& pose : poses) AddRandomEdge<2>(&s->graph, &s->random, point, pose);
+    for (const auto& pose : poses) s->AddRandomEdge(2, {point, pose});
   }
-  AddRandomEdge<2>(&s->graph, &s->random, poses[1], points[1]);
-  AddRandomEdge<2>(&s->graph, &s->random, depths[0], poses[0], poses[2], poses[1]);
+  s->AddRandomEdge(2, {poses[1], points[1]});
+  s->AddRandomEdge(2, {depths[0], poses[0], poses[2], poses[1]});
 }
 
 void FixedVertices(GraphScene* s) {
@@ -65,9 +66,9 @@ void FixedVertices(GraphScene* s) {
   poses[2]->SetFixed();
   points[1]->SetFixed();
   for (const auto& point : points) {
-    for (const auto& pose : poses) AddRandomEdge<2>(&s->graph, &s->random, point, pose);
+    for (const auto& pose : poses) s->AddRandomEdge(2, {point, pose});
   }
-  AddRandomEdge<6>(&s->graph, &s->random, poses[3], poses[0], poses[1]);
+  s->AddRandomEdge(6, {poses[3], poses[0], poses[1]});
 }
 
 // On edges of each kind, beside others without a loss.
@@ -77,18 +78,18 @@ void CauchyLosses(GraphScene* s) {
   const auto depths = AddInverseDepths(&s->graph, 2);
   poses[2]->SetFixed();
   for (const auto& point : s->points) {
-    for (const auto& pose : poses) AddRandomEdge<2>(&s->graph, &s->random, point, pose);
+    for (const auto& pose : poses) s->AddRandomEdge(2, {point, pose});
   }
   for (const auto& depth : depths) {
-    AddRandomEdge<2>(&s->graph, &s->random, depth, poses[0], poses[1]);
-    AddRandomEdge<2>(&s->graph, &s->random, depth, poses[2], poses[1]);
+    s->AddRandomEdge(2, {depth, poses[0], poses[1]});
+    s->AddRandomEdge(2, {depth, poses[2], poses[1]});
   }
-  dynamic_cast<Enlarged&>(*s->graph.Edges().back()).Enlarge(20.0);  // an outlier counts, a little
-  AddRandomEdge<6>(&s->graph, &s->random, poses[1], poses[0]);
-  AddRandomEdge<6>(&s->graph, &s->random, poses[0]);
+  dynamic_cast<RandomEdge&>(*s->graph.Edges().back()).Enlarge(20.0);  // an outlier counts, a little
+  s->AddRandomEdge(6, {poses[1], poses[0]});
+  s->AddRandomEdge(6, {poses[0]});
   for (const auto& edge : s->graph.Edges()) edge->SetLossFunction(std::make_shared<CauchyLoss>(kCauchyScale));
-  AddRandomEdge<6>(&s->graph, &s->random, poses[1]);
-  AddRandomEdge<2>(&s->graph, &s->random, depths[0], poses[1], poses[0]);
+  s->AddRandomEdge(6, {poses[1]});
+  s->AddRandomEdge(2, {depths[0], poses[1], poses[0]});
 }
 
 // ---- stage 1.2 -------------------------------------------------------------------------------------------------------
@@ -99,15 +100,7 @@ void EdgesOfOneVertex(GraphScene* s) {
   AddPoses(&s->graph, s->GetSizes().at(1));
   AddInverseDepths(&s->graph, s->GetSizes().at(2));
   AddPoints(&s->graph, s->GetSizes().at(3));
-  for (const auto& vertex : s->graph.Vertices()) {
-    if (auto pose = std::dynamic_pointer_cast<VertexPose>(vertex)) AddRandomEdge<1>(&s->graph, &s->random, pose);
-    if (auto depth = std::dynamic_pointer_cast<VertexInverseDepth>(vertex)) {
-      AddRandomEdge<1>(&s->graph, &s->random, depth);
-    }
-    if (auto point = std::dynamic_pointer_cast<VertexPointXYZ>(vertex)) {
-      AddRandomEdge<1>(&s->graph, &s->random, point);
-    }
-  }
+  for (const auto& vertex : s->graph.Vertices()) s->AddRandomEdge(1, {vertex});
 }
 
 // ---- stage 5 ---------------------------------------------------------------------------------------------------------
@@ -118,21 +111,13 @@ void PosesAndLandmarks(GraphScene* s) {
   s->points = AddPoints(&s->graph, 2);
   const auto depths = AddInverseDepths(&s->graph, 2);
   for (const auto& pose : poses) {
-    for (const auto& point : s->points) AddRandomEdge<4>(&s->graph, &s->random, point, pose);
+    for (const auto& point : s->points) s->AddRandomEdge(4, {point, pose});
   }
-  for (const auto& depth : depths) AddRandomEdge<2>(&s->graph, &s->random, depth, poses[0], poses[2]);
-  AddRandomEdge<6>(&s->graph, &s->random, poses[0], poses[1]);
+  for (const auto& depth : depths) s->AddRandomEdge(2, {depth, poses[0], poses[2]});
+  s->AddRandomEdge(6, {poses[0], poses[1]});
 }
 
 // ---- stage 7 ---------------------------------------------------------------------------------------------------------
-
-// Its residual is zero, its Jacobians are not.
-struct FittingEdge : RandomEdge<3, VertexPose, VertexPose> {
-  FittingEdge(Random* random, std::shared_ptr<VertexPose> a, std::shared_ptr<VertexPose> b)
-      : RandomEdge(random, std::move(a), std::move(b)) {
-    right_r_.setZero();
-  }
-};
 
 // Five poses; point k is seen by poses k and k + 1, the last point by poses 4, 2 and 0, in this order. Every vertex has
 // an edge of its own, so that H is positive definite.
@@ -140,16 +125,15 @@ void Row(GraphScene* s) {
   const auto& points = s->points = AddPoints(&s->graph, 5);  // smaller ids than the poses, later rows
   const auto& poses = s->poses = AddPoses(&s->graph, 5);
   poses[1]->SetFixed(s->GetSizes().at(0) > 0);
-  for (const auto& pose : poses) AddRandomEdge<6>(&s->graph, &s->random, pose);
-  for (const auto& point : points) AddRandomEdge<3>(&s->graph, &s->random, point);
+  for (const auto& pose : poses) s->AddRandomEdge(6, {pose});
+  for (const auto& point : points) s->AddRandomEdge(3, {point});
   for (size_t k = 0; k < 4; ++k) {
-    AddRandomEdge<2>(&s->graph, &s->random, points[k], poses[k + 1]);
-    AddRandomEdge<2>(&s->graph, &s->random, poses[k], points[k]);
+    s->AddRandomEdge(2, {points[k], poses[k + 1]});
+    s->AddRandomEdge(2, {poses[k], points[k]});
   }
-  AddRandomEdge<2>(&s->graph, &s->random, points[3], poses[0]);  // three poses, two of them neighbors
-  for (const size_t i : {4u, 2u, 0u}) AddRandomEdge<2>(&s->graph, &s->random, points[4], poses[i]);
-  s->graph.AddEdge(
-      std::make_shared<FittingEdge>(&s->random, poses[0], poses[3]));  // of two poses, the earlier one first
+  s->AddRandomEdge(2, {points[3], poses[0]});  // three poses, two of them neighbors
+  for (const size_t i : {4u, 2u, 0u}) s->AddRandomEdge(2, {points[4], poses[i]});
+  s->AddRandomEdge(3, {poses[0], poses[3]}).Enlarge(0.0);  // of two poses, the earlier one first; J is not zero
 }
 
 // A row whose measurements weigh little: small numbers are not to be taken for none.
@@ -163,14 +147,14 @@ void HeavyRow(GraphScene* s) {
   Row(s);
   for (const auto& edge : s->graph.Edges()) {
     edge->SetInformation(1e9 * edge->Information());
-    dynamic_cast<Enlarged&>(*edge).Enlarge(1e6);
+    dynamic_cast<RandomEdge&>(*edge).Enlarge(1e6);
   }
 }
 
 void WithoutLandmarks(GraphScene* s) {
   s->poses = AddPoses(&s->graph, 3);
-  for (const auto& pose : s->poses) AddRandomEdge<6>(&s->graph, &s->random, pose);
-  AddRandomEdge<2>(&s->graph, &s->random, s->poses[2], s->poses[0]);
+  for (const auto& pose : s->poses) s->AddRandomEdge(6, {pose});
+  s->AddRandomEdge(2, {s->poses[2], s->poses[0]});
 }
 
 void MixedLandmarks(GraphScene* s) {
@@ -178,13 +162,13 @@ void MixedLandmarks(GraphScene* s) {
   const auto depths = AddInverseDepths(&s->graph, 3);
   s->points = AddPoints(&s->graph, 2);
   for (const auto& depth : depths) {
-    AddRandomEdge<2>(&s->graph, &s->random, depth, poses[0], poses[2]);
-    AddRandomEdge<2>(&s->graph, &s->random, poses[2], depth, poses[1]);  // the later pose first
+    s->AddRandomEdge(2, {depth, poses[0], poses[2]});
+    s->AddRandomEdge(2, {poses[2], depth, poses[1]});  // the later pose first
     s->graph.Edges().back()->SetLossFunction(std::make_shared<CauchyLoss>(kCauchyScale));
   }
-  for (const auto& point : s->points) AddRandomEdge<2>(&s->graph, &s->random, poses[1], point);
+  for (const auto& point : s->points) s->AddRandomEdge(2, {poses[1], point});
   s->graph.Edges().back()->SetLossFunction(std::make_shared<CauchyLoss>(kCauchyScale));
-  AddRandomEdge<2>(&s->graph, &s->random, poses[2], poses[0]);
+  s->AddRandomEdge(2, {poses[2], poses[0]});
   s->graph.Edges().back()->SetLossFunction(std::make_shared<CauchyLoss>(kCauchyScale));
 }
 
@@ -194,29 +178,29 @@ void PosesOfTwoSizes(GraphScene* s) {
   const auto speed = AddVertices<VertexSpeedBias>(&s->graph, 1, [] { return std::make_shared<VertexSpeedBias>(); })[0];
   for (const auto& pose : AddPoses(&s->graph, 2)) s->poses.push_back(pose);
   s->points = AddPoints(&s->graph, 2);
-  AddRandomEdge<9>(&s->graph, &s->random, speed);
-  for (const auto& pose : s->poses) AddRandomEdge<6>(&s->graph, &s->random, pose);
+  s->AddRandomEdge(9, {speed});
+  for (const auto& pose : s->poses) s->AddRandomEdge(6, {pose});
   for (const auto& point : s->points) {
-    AddRandomEdge<3>(&s->graph, &s->random, point);
-    for (const auto& pose : s->poses) AddRandomEdge<2>(&s->graph, &s->random, pose, point);
+    s->AddRandomEdge(3, {point});
+    for (const auto& pose : s->poses) s->AddRandomEdge(2, {pose, point});
   }
-  AddRandomEdge<6>(&s->graph, &s->random, s->poses[0], speed, s->poses[1]);
+  s->AddRandomEdge(6, {s->poses[0], speed, s->poses[1]});
 }
 
-[[maybe_unused]] const bool added = GraphScene::Add({{"one edge", &OneEdge, 11},
-                                                     {"one pair", &OnePair, 12},
-                                                     {"chain", &Chain},
-                                                     {"points and a depth", &PointsAndADepth, 14},
-                                                     {"fixed vertices", &FixedVertices, 15},
-                                                     {"Cauchy losses", &CauchyLosses, 16},
-                                                     {"edges of one vertex", &EdgesOfOneVertex, 21},
-                                                     {"poses and landmarks", &PosesAndLandmarks, 61},
-                                                     {"row", &Row, 71},
-                                                     {"light row", &LightRow, 71},
-                                                     {"heavy row", &HeavyRow, 71},
-                                                     {"without landmarks", &WithoutLandmarks, 72},
-                                                     {"mixed landmarks", &MixedLandmarks, 73},
-                                                     {"poses of two sizes", &PosesOfTwoSizes, 75}});
+[[maybe_unused]] const bool graphs_added = GraphScene::Add({{"one edge", &OneEdge, 11},
+                                                            {"one pair", &OnePair, 12},
+                                                            {"chain", &Chain},
+                                                            {"points and a depth", &PointsAndADepth, 14},
+                                                            {"fixed vertices", &FixedVertices, 15},
+                                                            {"Cauchy losses", &CauchyLosses, 16},
+                                                            {"edges of one vertex", &EdgesOfOneVertex, 21},
+                                                            {"poses and landmarks", &PosesAndLandmarks, 61},
+                                                            {"row", &Row, 71},
+                                                            {"light row", &LightRow, 71},
+                                                            {"heavy row", &HeavyRow, 71},
+                                                            {"without landmarks", &WithoutLandmarks, 72},
+                                                            {"mixed landmarks", &MixedLandmarks, 73},
+                                                            {"poses of two sizes", &PosesOfTwoSizes, 75}});
 
 }  // namespace
 }  // namespace ch5::homework

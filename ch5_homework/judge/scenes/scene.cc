@@ -1,6 +1,7 @@
 #include "ch5_homework/judge/scenes/scene.h"
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <numeric>
 #include <stdexcept>
@@ -86,6 +87,12 @@ bool GraphScene::Add(const std::vector<Kind>& kinds) {
   return true;
 }
 
+RandomEdge& GraphScene::AddRandomEdge(int rows, VertexList vertices) {
+  auto edge = std::make_shared<RandomEdge>(rows, &random, std::move(vertices));
+  graph.AddEdge(edge);
+  return *edge;
+}
+
 // ---- what they are made of -------------------------------------------------------------------------------------------
 
 MatXX RandomMatrix(int rows, int columns, Random* random) {
@@ -99,6 +106,17 @@ MatXX RandomMatrix(int rows, int columns, Random* random) {
 MatXX RandomPositiveDefinite(int size, Random* random) {
   const MatXX A = RandomMatrix(size, size, random);
   return A * A.transpose() + MatXX::Identity(size, size);
+}
+
+RandomEdge::RandomEdge(int rows, Random* random, VertexList vertices)
+    : Edge(rows, std::move(vertices), nullptr, nullptr),
+      r_(VecX::Constant(rows, std::numeric_limits<double>::quiet_NaN())),
+      right_r_(RandomMatrix(rows, 1, random)),
+      W_(MatXX::Identity(rows, rows)) {
+  SetMemory(r_.data(), W_.data());
+  SetInformation(RandomPositiveDefinite(rows, random));
+  for (const auto& vertex : Vertices()) J_.push_back(RandomMatrix(rows, vertex->LocalDimension(), random));
+  std::transform(J_.begin(), J_.end(), jacobians_.begin(), [](MatXX& J) { return J.data(); });
 }
 
 std::vector<std::shared_ptr<VertexPose>> AddPoses(Graph* graph, int count) {

@@ -3,14 +3,12 @@
 /// by the same code, so that only the student's numbers cross the wire. Nothing in this folder solves anything: a worker
 /// links it beside the student's file.
 
-#include <limits>
 #include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "ch5_backend/graph/graph.h"
-#include "ch5_backend/graph/sized_edge.h"
 #include "ch5_backend/simulate/random.h"
 #include "ch5_backend/types/vertices.h"
 #include "ch5_homework/judge/seed.h"
@@ -66,6 +64,23 @@ std::unique_ptr<S> MakeScene(const Values& given) {
   return std::unique_ptr<S>(&own);
 }
 
+/// An edge whose residual, Jacobians and information are random numbers: H has no structure to hide a mistake in.
+/// The residual is NaN before it is computed, so that using it too early shows.
+class RandomEdge : public Edge {
+ public:
+  RandomEdge(int rows, Random* random, VertexList vertices);
+  void ComputeResidual() override { r_ = right_r_; }
+  void ComputeJacobians() override {}
+  /// From now on the residual is `times` as large, perhaps zero.
+  void Enlarge(double times) { right_r_ *= times; }
+  std::string TypeInfo() const override { return "RandomEdge"; }
+
+ protected:
+  VecX r_, right_r_;
+  MatXX W_;
+  std::vector<MatXX> J_;
+};
+
 /// A graph that a function builds.
 class GraphScene : public Scene {
  public:
@@ -80,6 +95,7 @@ class GraphScene : public Scene {
   };
   /// Before main.
   static bool Add(const std::vector<Kind>& kinds);
+  RandomEdge& AddRandomEdge(int rows, VertexList vertices);
 
   Graph graph;
   Random random;  ///< goes on where the function has left off
@@ -98,36 +114,6 @@ MatXX RandomPositiveDefinite(int size, Random* random);
 /// δ of the scenes' Cauchy losses: with r and W of a RandomEdge, s is below δ² at nearly every edge, so that W_ρ is not just ρ'W.
 constexpr double kCauchyScale = 2.0;
 
-/// Whose residual can be made `times` as large.
-struct Enlarged {
-  virtual ~Enlarged() = default;
-  virtual void Enlarge(double times) = 0;
-};
-
-/// An edge whose residual, Jacobians and information are random numbers: H has no structure to hide a mistake in.
-/// The residual is NaN before it is computed, so that using it too early shows.
-template <int R, typename... V>
-class RandomEdge : public SizedEdge<R, V...>, public Enlarged {
- public:
-  RandomEdge(Random* random, std::shared_ptr<V>... vertices) : SizedEdge<R, V...>(std::move(vertices)...) {
-    this->r_.setConstant(std::numeric_limits<double>::quiet_NaN());
-    right_r_ = RandomMatrix(R, 1, random);
-    this->SetInformation(RandomPositiveDefinite(R, random));
-    this->TakeJacobians();
-    for (size_t i = 0; i < sizeof...(V); ++i) {
-      Eigen::Map<MatXX> J(this->jacobians_[i], R, this->vertices_[i]->LocalDimension());
-      J = RandomMatrix(R, static_cast<int>(J.cols()), random);
-    }
-  }
-  void ComputeResidual() override { this->r_ = right_r_; }
-  void ComputeJacobians() override {}
-  void Enlarge(double times) override { right_r_ *= times; }
-  std::string TypeInfo() const override { return "RandomEdge"; }
-
- protected:
-  Eigen::Matrix<double, R, 1> right_r_;
-};
-
 /// Adds `count` vertices made by `make` to the graph.
 template <typename V, typename Maker>
 std::vector<std::shared_ptr<V>> AddVertices(Graph* graph, int count, Maker make) {
@@ -145,10 +131,5 @@ std::vector<std::shared_ptr<VertexPointXYZ>> AddPoints(Graph* graph, int count);
 
 /// All rows of their increments together.
 int RowsOf(const VertexList& vertices);
-
-template <int R, typename... V>
-void AddRandomEdge(Graph* graph, Random* random, std::shared_ptr<V>... vertices) {
-  graph->AddEdge(std::make_shared<RandomEdge<R, V...>>(random, std::move(vertices)...));
-}
 
 }  // namespace ch5::homework
