@@ -18,20 +18,23 @@ add_custom_command(OUTPUT ${sources_of_samples} ${sources_of_samples_by_night}
   DEPENDS samples.py ${skeleton_sources} ${stage_table} ${sample_files} ${solution_files})
 add_library(without_lines INTERFACE)  # there are none to find in a generated file
 target_compile_options(without_lines INTERFACE -g0)
-foreach(samples samples samples_by_night)
-  add_library(${samples} OBJECT EXCLUDE_FROM_ALL ${sources_of_${samples}})
-  target_link_libraries(${samples} PRIVATE student_flags without_lines GTest::gtest $<$<BOOL:${CH5_SANITIZE}>:ch5_warnings>)
-  target_precompile_headers(${samples} PRIVATE <ch5_homework/judge/student_pch.h>)
-  target_compile_options(${samples} PRIVATE -w)
+if(CH5_SANITIZE)  # may hold a comma, which a generator expression would take for its own
+  set(sanitized ch5_warnings)
+endif()
+foreach(part samples samples_by_night)
+  add_library(${part} OBJECT EXCLUDE_FROM_ALL ${sources_of_${part}})
+  target_link_libraries(${part} PRIVATE student_flags without_lines GTest::gtest ${sanitized})
+  target_precompile_headers(${part} PRIVATE <ch5_homework/judge/student_pch.h>)
+  target_compile_options(${part} PRIVATE -w)
   # Three stages at a time: those of one file of the homework have most of their templates in common.
-  set_target_properties(${samples} PROPERTIES UNITY_BUILD ${CH5_UNITY} UNITY_BUILD_BATCH_SIZE 3)
+  set_target_properties(${part} PROPERTIES UNITY_BUILD ${CH5_UNITY} UNITY_BUILD_BATCH_SIZE 3)
 endforeach()
 # As in a check, the objects with assertions come first.
 add_executable(homework_samples $<TARGET_OBJECTS:samples> ${all_stage_tests})
 add_executable(all_homework_samples EXCLUDE_FROM_ALL $<TARGET_OBJECTS:samples> $<TARGET_OBJECTS:samples_by_night> ${all_stage_tests})
 foreach(executable homework_samples all_homework_samples)
   set_target_properties(${executable} PROPERTIES LINKER_LANGUAGE CXX)
-  target_link_libraries(${executable} PRIVATE student_flags ch5_backend GTest::gtest $<$<BOOL:${CH5_SANITIZE}>:ch5_warnings>)
+  target_link_libraries(${executable} PRIVATE student_flags ch5_backend GTest::gtest ${sanitized})
 endforeach()
 # Builds the executables of all samples, for the tests that judge them by night.
 add_test(NAME Homework.all_samples_build
