@@ -35,6 +35,7 @@ using VertexPair = std::pair<std::shared_ptr<Vertex>, std::shared_ptr<Vertex>>;
 /// How S is factorized: in the fronts of a sparse plan, or in one dense front.
 enum class CovarianceFactor { kSparse, kDense };
 
+/// Of the graph as it is when this is made: what is removed later keeps its covariance here, what is added later has none.
 class Covariance {
  public:
   /// Linearizes the selected part of the graph at the present states, and factorizes; g2o's computeMarginals.
@@ -63,6 +64,8 @@ class Covariance {
   MatXX PoseBlock(int i, int j);
   void Project(int pose, Eigen::Ref<MatXX> rows) const;
 
+  /// Kept alive: a new vertex at the address of a freed one would have its numbers.
+  std::vector<std::shared_ptr<Vertex>> vertices_;
   std::unique_ptr<SparseSolver> solver_;
   Factorization* factorization_;                                            // belongs to the solver
   std::unordered_map<const Vertex*, int> pose_numbers_, landmark_numbers_;  // in the solver's structure

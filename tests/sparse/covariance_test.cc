@@ -27,6 +27,22 @@ TEST(Covariance, OfAPoseAndALandmarkByHand) {
   EXPECT_NEAR(held.Block(landmark, landmark)(0, 0), 0.5, 1e-15);
 }
 
+// A new vertex may get the address of a removed one, and must not get its numbers.
+TEST(Covariance, IsOfTheGraphAsItWas) {
+  OnePoseOneLandmark small;
+  Covariance covariance(&small.graph);
+  const Vertex* landmark = small.landmarks[0].get();
+  small.graph.RemoveVertex(small.landmarks[0]);
+  small.landmarks.clear();
+  std::vector<std::shared_ptr<Vertex>> later;
+  for (int k = 0; k < 100; ++k) {
+    later.push_back(std::make_shared<VertexScalar>(VertexScalar::Estimate(0.0)));
+    EXPECT_NE(later.back().get(), landmark);
+    EXPECT_THROW(covariance.Block(*small.poses[0], *later.back()), CovarianceError);
+  }
+  EXPECT_DOUBLE_EQ(covariance.Block(*landmark, *landmark)(0, 0), 2.0 / 3.0);
+}
+
 // The same H⁻¹ as a whole, whatever the order.
 TEST(JointCovariance, OfAPoseAndALandmarkByHand) {
   OnePoseOneLandmark small;
