@@ -142,7 +142,9 @@ class Tables:
         if self.kept and (self.kept / path.name).exists():
             path = self.kept / path.name
         if not path.exists():
-            raise TableError(f"{path} is missing; run ./course run first")
+            ways = ["run ./course run first"] * (self.folder != self.kept)
+            ways += [f"git checkout {self.kept} brings back the tables that the project keeps"] * bool(self.kept)
+            raise TableError("; ".join([f"{path} is missing", *ways]))
         table = read(path.parent, path.stem, folder="")
         if old := set(where) - set(table.columns):
             raise TableError(f"{name}.csv has no column {', '.join(sorted(old))}: run ./course run again")

@@ -34,6 +34,14 @@ class Columns(unittest.TestCase):
                 np.testing.assert_array_equal(tables.read_table(path)["column"], wanted)
 
 
+class Missing(unittest.TestCase):
+    def test_what_brings_a_table_back_is_said(self):
+        for folder, kept, ways in (("out/csv", None, "; run ./course run first"), ("kept", Path("kept"), "; git checkout kept brings .*"),
+                                   ("out/csv", Path("kept"), "; run ./course run first; git checkout kept brings .*")):
+            with self.assertRaisesRegex(tables.TableError, f"^{folder}/none.csv is missing{ways}$"):
+                tables.Tables(folder, kept)("none")
+
+
 class Tables(unittest.TestCase):
     @classmethod
     def setUpClass(cls):

@@ -7,7 +7,8 @@ import numpy as np
 from ..tables import Tables
 
 # Of ch5_nees --runs 200, and of --recordings: half an hour's work. Over time, `consistency` has the cases that figures show.
-KEPT = Tables(Path(__file__).resolve().parents[1] / "kept")
+FOLDER = Path(__file__).resolve().parents[1] / "kept"
+KEPT = Tables(FOLDER, kept=FOLDER)
 
 
 def consistency(tables, policy, mode, table="consistency", hosts="noisy", observations="once"):
