@@ -167,7 +167,7 @@ class Entries(FolderTest):
 
     def test_a_slip_in_an_entry_is_told_with_its_line(self):
         for text, told in (("// MISTAKE sign formula.no_such_sentence\n", "a.mistakes:1: there is no such sentence: formula.no_such_sentence"),
-                           ("// MISTAKE a matrix.sign\n// CHANGE 1.2b no_such_text => x\n", "a.mistakes:2: 1.2b: 0 × no_such_text"),
+                           ("// MISTAKE a matrix.sign\n// CHANGE 1.2b no_such_text => x\n", "a.mistakes:2: the solution of 1.2b has this 0 times, not once: no_such_text"),
                            ("// MISTAKE a matrix.sign\n// CHANGE 1.2z a => b\n", "a.mistakes:2: no such region: 1.2z"),
                            ("lost\n", "a.mistakes:1: code outside of a region: lost")):
             with self.assertRaisesRegex(ValueError, told):

@@ -122,7 +122,7 @@ def change(code: dict, place: str, old: str, new: str) -> None:
     """One text for another, which must be there once."""
     key, text = present(code, place)
     if text.count(old) != 1:
-        raise ValueError(f"{place}: {text.count(old)} × {old}")
+        raise ValueError(f"the solution of {place} has this {text.count(old)} times, not once: {old}")
     code[key] = text.replace(old, new)
 
 
