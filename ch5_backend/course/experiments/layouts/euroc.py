@@ -2,10 +2,10 @@
 
 import re
 import shutil
-import struct
 from pathlib import Path
 
 import numpy as np
+from PIL import Image
 
 from ...base.errors import CourseError, warn
 
@@ -57,18 +57,11 @@ def pose_yaml(T_BS) -> str:
 
 def image_size(file: Path) -> tuple:
     """Width and height of a PNG, JPEG or PGM file, from its head."""
-    data = file.read_bytes()
-    if data.startswith(b"\x89PNG") and len(data) >= 24:
-        return struct.unpack(">II", data[16:24])
-    if found := re.match(rb"P5\s+(\d+)\s+(\d+)\s", data):
-        return int(found[1]), int(found[2])
-    at = 2
-    while data.startswith(b"\xff\xd8") and at + 9 <= len(data):  # segments until a start of frame: FFC0 … FFCF but for three
-        marker, length = data[at + 1], int.from_bytes(data[at + 2:at + 4], "big")
-        if 0xC0 <= marker <= 0xCF and marker not in (0xC4, 0xC8, 0xCC):
-            return int.from_bytes(data[at + 7:at + 9], "big"), int.from_bytes(data[at + 5:at + 7], "big")
-        at += 2 + length
-    raise CourseError(f"{file}: neither PNG, JPEG nor PGM, or cut")
+    try:
+        with Image.open(file) as image:
+            return image.size
+    except OSError as error:
+        raise CourseError(f"{file}: neither PNG, JPEG nor PGM, or cut") from error
 
 
 def calibration_beside(place: Path, key: str):
