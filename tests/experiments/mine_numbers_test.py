@@ -39,7 +39,12 @@ class MineNumbers(unittest.TestCase):
                 (place / "vins" / side / "summary.csv").write_text("ate_m,yaw_rad,x_m,y_m,z_m,restarts\n0,0,0,0,0,0\n")
             (place / "runs.json").write_text(json.dumps({"files": {}, "experiments": {"vins": ""}}))
             found = Mine(folder).finding("vins")
-        self.assertEqual(found.key, "flight")
+            (place / "vins" / "solution" / "truth.csv").write_text("t_s,x_m,y_m,z_m\n0,0,0,0\n1,10,0,2\n")
+            with_truth = Mine(folder).finding("vins")
+        self.assertEqual((found.key, with_truth.key), ("flight", "flight_with_truth"))
+        self.assertNotIn("–", page.told(found, Words("en")))
+        self.assertAlmostEqual(with_truth.values["error"], 0.4)
+        self.assertAlmostEqual(with_truth.values["solution"], 0.6)
         weight = Finding("weight", {"variant": "perturbed", "weight": 100.0, "column": "iterations", "own": 7.0, "solution": 5.0})
         deviation = Finding("deviation", {"gauge": "free to fixed", "keyframe": 3.0, "column": "position_m", "own": 7.0, "solution": 5.0})
         for finding in (weight, deviation):

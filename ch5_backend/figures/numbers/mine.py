@@ -124,11 +124,14 @@ class Mine:
         if own is None:
             return self._nothing(experiment)
         image, t, distance = self.distance(experiment)
-        known = {"error": self.error_at_end(experiment, "own"), "solution": self.error_at_end(experiment, "solution"),
-                 "restarts": self.restarts(experiment, "own"), "solution_restarts": self.restarts(experiment, "solution")}
         apart = np.flatnonzero(~(distance <= SAME_PATH))
         if len(apart):
-            return Finding("flight", {"t": t[apart[0]], "image": image[apart[0]], "apart": distance[apart[-1]], **known})
+            found = {"t": t[apart[0]], "image": image[apart[0]], "apart": distance[apart[-1]],
+                     "restarts": self.restarts(experiment, "own"), "solution_restarts": self.restarts(experiment, "solution")}
+            if self.table(experiment, "solution", "truth") is None:
+                return Finding("flight", found)
+            return Finding("flight_with_truth", {**found, "error": self.error_at_end(experiment, "own"),
+                                                 "solution": self.error_at_end(experiment, "solution")})
         if len(own) != len(solution):
             return Finding("silent", {"own": len(own), "solution": len(solution)})
         return Finding("same", {})
@@ -149,7 +152,7 @@ class Mine:
         table, summary = self.table(experiment, side, "path"), self.table(experiment, "solution", "summary")
         if table is None:
             return np.empty((0, 3))
-        if summary is None:
+        if summary is None or np.isnan(summary["yaw_rad"][0]):
             return points(table)
         c, s = np.cos(summary["yaw_rad"][0]), np.sin(summary["yaw_rad"][0])
         return points(table) @ np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]).T + points(summary)[0]

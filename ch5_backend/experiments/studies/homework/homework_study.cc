@@ -186,10 +186,10 @@ void Fly(const std::string& policy, const Marginalizer& marginalizer, const Path
     throw;
   }
   path.Write(csv / "path.csv");
-  if (const auto error = CompareTrajectories(states, recording.truth)) {
-    const Vec3& p = error->alignment.p;
-    summary.Row(error->position_rmse, error->alignment.yaw, p.x(), p.y(), p.z(), estimator.Restarts());
-  }
+  const auto error = CompareTrajectories(states, recording.truth);
+  const Vec3 p = error ? error->alignment.p : Vec3::Constant(NAN);
+  summary.Row(error ? error->position_rmse : NAN, error ? error->alignment.yaw : NAN, p.x(), p.y(), p.z(),
+              estimator.Restarts());
   summary.Write(csv / "summary.csv");
 }
 
