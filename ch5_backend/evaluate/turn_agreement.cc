@@ -193,6 +193,16 @@ std::vector<Mat33> SignedPermutations() {
   return all;
 }
 
+std::string NameAxes(const Mat33& axes) {
+  std::string names;
+  for (int row = 0; row < 3; ++row) {
+    Eigen::Index column;
+    axes.row(row).cwiseAbs().maxCoeff(&column);
+    names += std::string(row > 0 ? ", " : "") + (axes(row, column) < 0.0 ? "-" : "") + "xyz"[column];
+  }
+  return names;
+}
+
 Vec3 SpreadOfImageTurns(const Recording& recording) {
   constexpr double kMost = 10.0;    // [rad/s]: faster ones are none
   constexpr double kOverlap = 3.0;  // of the pairs of images, of which so many are one measurement

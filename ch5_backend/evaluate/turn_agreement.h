@@ -2,6 +2,7 @@
 /// Whether camera and gyroscope saw the same turns: what a delay of a clock or a wrong T_B_C spoils before any estimate.
 
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "ch5_backend/types/recording.h"
@@ -22,6 +23,9 @@ struct TurnAgreement {
 
 /// The 48 ways of naming and directing three axes, the given one first.
 std::vector<Mat33> SignedPermutations();
+
+/// One of them in words: "-y, x, z".
+std::string NameAxes(const Mat33& axes);
 
 /// A turn is the rotation, with a translation's direction, that fits the rays of two images best, whatever their depths.
 /// @return nullopt if the camera turns too little or too evenly (within 0.05 rad/s), or fewer than 50 pairs of images tell

@@ -14,6 +14,7 @@
 #include "ch5_backend/experiments/studies/odometry_study.h"
 #include "ch5_backend/experiments/studies/recording_warnings.h"
 #include "ch5_backend/experiments/studies/sensor_faults.h"
+#include "ch5_backend/experiments/studies/turn_warnings.h"
 #include "ch5_backend/files/recording_file.h"
 #include "ch5_backend/files/tables/text_writer.h"
 

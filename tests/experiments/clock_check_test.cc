@@ -4,6 +4,7 @@
 
 #include "ch5_backend/experiments/studies/odometry_study.h"
 #include "ch5_backend/experiments/studies/recording_warnings.h"
+#include "ch5_backend/experiments/studies/turn_warnings.h"
 #include "ch5_backend/simulate/sensors/simulation.h"
 
 namespace ch5 {

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "ch5_backend/experiments/studies/recording_warnings.h"
+#include "ch5_backend/experiments/studies/turn_warnings.h"
 #include "ch5_backend/files/text_reader.h"
 #include "ch5_backend/simulate/random.h"
 #include "ch5_backend/simulate/sensors/simulation.h"

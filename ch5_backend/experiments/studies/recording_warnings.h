@@ -18,18 +18,8 @@ std::string Join(const Words&... words) {
   return sentence.str();
 }
 
-/// Images too far apart, and what makes estimators drift, or restart because images and
-/// IMU disagree. What the turns tell of the delay of the camera's clock becomes the settings' first guess; a rolling shutter is
-/// taken back, a gyroscope's drift allowed for, and the place of a camera that is turned is estimated; but no such cause is sought
-/// in a gyroscope that was at its limit, whose readings are wrong where it was.
+/// Sensors that measure at another rate than the calibration says, images too far apart, and what CheckTurns finds.
 RecordingWarnings CheckMeasurements(OdometrySettings* settings, Recording* recording, bool seeks_cause = true);
-
-/// Where CheckMeasurements has found the gyroscope's scale factor wrong, or the focal length of a single camera, corrects it and
-/// says so; the latter if the settings allow it. They also tell the delay of the camera's clock, as far as it is known.
-void CorrectTurnGain(const OdometrySettings& settings, RecordingWarnings* warnings, Recording* recording);
-
-/// After CheckMeasurements: sets the delay of the camera's clock where the recording decides it (see clock_check.h), and says so.
-RecordingWarnings CheckClock(const Recording& recording, OdometrySettings* settings);
 
 /// Where a policy has restarted or never started: an accelerometer that points elsewhere than it should.
 RecordingWarnings CheckFailures(const OdometryStudy& study);
