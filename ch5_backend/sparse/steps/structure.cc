@@ -1,6 +1,7 @@
 #include "ch5_backend/sparse/steps/structure.h"
 
 #include <algorithm>
+#include <iterator>
 #include <numeric>
 #include <typeinfo>
 
@@ -269,28 +270,23 @@ std::vector<int> FindEdgesOfSamePoses(const EdgeRecords& s) {
 // The rows i ≥ j of each column j: the diagonal, and each two free poses of an edge. Of the edges [begins[k], begins[k + 1]) one
 // speaks for all.
 Lists HessianPattern(int num_poses, const std::vector<int>& begins, const EdgeRecords& s) {
-  std::vector<int> rows, columns;
-  for (std::vector<int>* list : {&rows, &columns}) {
-    list->reserve(static_cast<size_t>(num_poses) + begins.size());  // most edges tie two poses at most
-    for (int j = 0; j < num_poses; ++j) list->push_back(j);
-  }
   const auto pose = [&](const EdgeRecord& record, int i) { return s.edge_poses[record.poses_begin + i].pose; };
-  for (size_t set = 0; set + 1 < begins.size(); ++set) {
-    ForEachPair(s.edges[s.BatchEdge(begins[set])], [&](const EdgeRecord& record, int i, int j) {
-      if (i == j) return;
-      rows.push_back(pose(record, i));
-      columns.push_back(pose(record, j));
-    });
-  }
-  std::vector<int> order = Numbers(rows.size());
-  KeySort sort;
-  sort(order.begin(), order.end(), num_poses, [&](int k) { return rows[k]; });
-  const std::vector<int>& column_begin = sort(order.begin(), order.end(), num_poses, [&](int k) { return columns[k]; });
-  Lists pattern(static_cast<size_t>(num_poses), rows.size());
-  for (int j = 0; j < num_poses; ++j) {
-    for (int k = column_begin[j]; k < column_begin[j + 1]; ++k) {
-      if (k == column_begin[j] || rows[order[k]] != pattern.items.back()) pattern.items.push_back(rows[order[k]]);
+  const Lists columns = MakeLists(num_poses, [&](const auto& add) {  // of each row
+    for (int j = 0; j < num_poses; ++j) add(j, j);
+    for (size_t set = 0; set + 1 < begins.size(); ++set) {
+      ForEachPair(s.edges[s.BatchEdge(begins[set])], [&](const EdgeRecord& record, int i, int j) {
+        if (i != j) add(pose(record, i), pose(record, j));
+      });
     }
+  });
+  const Lists rows = MakeLists(num_poses, [&](const auto& add) {  // of each column, in ascending order
+    for (int i = 0; i < num_poses; ++i) {
+      for (const int j : columns[i]) add(j, i);
+    }
+  });
+  Lists pattern(static_cast<size_t>(num_poses), rows.items.size());
+  for (int j = 0; j < num_poses; ++j) {
+    std::unique_copy(rows[j].begin(), rows[j].end(), std::back_inserter(pattern.items));
     pattern.End();
   }
   return pattern;
