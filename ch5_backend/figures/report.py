@@ -67,9 +67,9 @@ def measured(figure, say):
     for date, processor in dict.fromkeys((row["date"], row["processor"]) for row in about):
         names = [row["table"] for row in about if (row["date"], row["processor"]) == (date, processor)]
         links = [Markup('<a href="kept/{0}.csv">{0}.csv</a>').format(name) for name in names]
-        marks.append(Markup("<em>{}</em> {}.").format(
+        marks.append(Markup("<em>{}</em> {}").format(
             say("measured", date=date, processor=processor and say("list") + processor), Markup(say("list")).join(links)))
-    return Markup(" ").join(marks)
+    return Markup(" · ").join(marks)
 
 
 def keep_tables(directory):
