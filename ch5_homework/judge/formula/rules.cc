@@ -349,58 +349,76 @@ static bool WasShown(const View& v, size_t number, size_t count) {
   });
 }
 
-/// The terms so many times each: half and whole numbers, or any of one term.
-void TermsOfOtherCounts(const View& v) {
+/// How often A has each term.
+struct Counts {
+  VecX counts, times;        ///< as they stand in the sum; beside the right ones
+  std::vector<Index> wrong;  ///< which terms
+};
+
+/// Half and whole numbers, or any of one term; nothing if such counts do not explain A.
+static std::optional<Counts> CountTerms(const MatXX& A, const std::vector<Term>& terms) {
+  Counts found{CountsIn(A, terms), VecX(terms.size()), {}};
+  int odd_ones = 0;
+  for (Index k = 0; k < found.counts.size(); ++k) {
+    const double factor = terms[static_cast<size_t>(k)].factor, half = 0.5 * std::round(2.0 * found.counts[k]);
+    double& count = found.counts[k];
+    const bool is_half = std::abs(count - half) < 1e-6;
+    if (is_half) count = half;
+    if (!is_half && std::abs(count / factor - 1.0) < 1e-3) return std::nullopt;  // no count, but another small error
+    odd_ones += !is_half;
+    found.times[k] = count / factor + 0.0;  // no −0
+    if (count != factor) found.wrong.push_back(k);
+  }
+  const bool are_too_odd = odd_ones > 0 && found.wrong.size() > 1;
+  if (found.counts.isZero(0.0) || are_too_odd || found.times.cwiseAbs().maxCoeff() > kMostTimes) return std::nullopt;
+  return found;
+}
+
+static void ReportCounts(const View& v, const std::vector<Term>& terms, const Counts& found) {
+  std::vector<Expression> parts;
+  std::vector<double> factors;
+  for (Index k = 0; k < found.counts.size(); ++k) {
+    if (found.counts[k] == 0.0) continue;
+    parts.push_back(terms[static_cast<size_t>(k)].x);
+    factors.push_back(found.counts[k]);
+  }
+  const Expression instead = Sum(parts, factors);
+  if (found.wrong.size() > 1) {
+    return v.report(Say("formula.combination", {{"this", NameOf(instead)}, {"that", NameOf(v.x)}}), instead);
+  }
+  const auto k = static_cast<size_t>(found.wrong[0]);
+  v.report(Say(WasShown(v, k, terms.size()) ? "formula.term_times_here" : "formula.term_times",
+               {{"term", NameOf(terms[k].x)}, {"k", Number(found.times[found.wrong[0]])}}),
+           instead);
+}
+
+/// A rule for each part of a stack by itself.
+static void InEachPart(Rule rule, const View& v) {
   Index row = 0;
-  for (size_t k = 0; v.is_whole && v.x->kind == Kind::kStack && k < v.x->parts.size(); ++k) {  // each part for itself
+  for (size_t k = 0; k < v.x->parts.size(); ++k) {
     const MatXX own = v.got.middleRows(row, std::min(Value(v.x->parts[k]).rows(), v.got.rows() - row));
     row += own.rows();
-    const auto report = [&](const Text& cause, const Expression& part) {
-      v.report(cause, Stack(Replaced(v.x->parts, k, 1, {part})));
-    };
-    TermsOfOtherCounts({v.x->parts[k], true, v.formula, own, v.named, v.earlier, report});
+    rule({v.x->parts[k], true, v.formula, own, v.named, v.earlier, [&](const Text& cause, const Expression& part) {
+            v.report(cause, Stack(Replaced(v.x->parts, k, 1, {part})));
+          }});
   }
+}
+
+/// The terms so many times each.
+void TermsOfOtherCounts(const View& v) {
+  if (!v.is_whole) return;
+  if (v.x->kind == Kind::kStack) return InEachPart(&TermsOfOtherCounts, v);
   const auto& right = TryValue(v.x);
-  if (!v.is_whole || v.formula.right->kind == Kind::kSeen || v.x->kind == Kind::kStack || !right || !v.got.allFinite())
-    return;
+  if (v.formula.right->kind == Kind::kSeen || !right || !v.got.allFinite()) return;
   if (right->rows() != v.got.rows() || right->cols() != v.got.cols()) return;
   const std::vector<Term> terms = TermsOfSum(v.x);
   const auto n = static_cast<Index>(terms.size());
   if (n < 2 || v.got.size() <= n) return;
-  VecX counts = CountsIn(v.got, terms), times(n);
-  std::vector<Expression> parts;
-  std::vector<double> factors;
-  std::vector<Index> wrong;
-  int odd_ones = 0;
-  for (Index k = 0; k < n; ++k) {
-    const Term& term = terms[static_cast<size_t>(k)];
-    double& count = counts[k];
-    const double half = 0.5 * std::round(2.0 * count);
-    const bool is_half = std::abs(count - half) < 1e-6;
-    if (is_half) count = half;
-    if (!is_half && std::abs(count / term.factor - 1.0) < 1e-3) return;  // that is no count, but another small error
-    odd_ones += !is_half;
-    times[k] = count / term.factor + 0.0;  // no −0
-    if (count != term.factor) wrong.push_back(k);
-    if (count == 0.0) continue;
-    parts.push_back(term.x);
-    factors.push_back(count);
-  }
-  if (parts.empty() || (odd_ones > 0 && wrong.size() > 1) || times.cwiseAbs().maxCoeff() > kMostTimes) return;
-  if ((times.array() == times[0]).all()) {  // of the whole that is said elsewhere
-    if (v.formula.right->kind == Kind::kStack)
-      v.report(Say("formula.term_times", {{"term", NameOf(v.x)}, {"k", Number(times[0])}}), times[0] * v.x);
-    return;
-  }
-  const Expression instead = Sum(parts, factors);
-  if (wrong.size() == 1) {
-    const Index k = wrong[0];
-    v.report(Say(WasShown(v, static_cast<size_t>(k), terms.size()) ? "formula.term_times_here" : "formula.term_times",
-                 {{"term", NameOf(terms[static_cast<size_t>(k)].x)}, {"k", Number(times[k])}}),
-             instead);
-  } else {
-    v.report(Say("formula.combination", {{"this", NameOf(instead)}, {"that", NameOf(v.x)}}), instead);
-  }
+  const auto found = CountTerms(v.got, terms);
+  if (!found) return;
+  if ((found->times.array() != found->times[0]).any()) return ReportCounts(v, terms, *found);
+  if (v.formula.right->kind != Kind::kStack) return;  // of the whole that is said elsewhere
+  v.report(Say("formula.term_times", {{"term", NameOf(v.x)}, {"k", Number(found->times[0])}}), found->times[0] * v.x);
 }
 
 // ---- the table -------------------------------------------------------------------------------------------------------

@@ -36,10 +36,11 @@ void AssignVector(VecX* x, const Value& value) {
   x->tail(1) = value;
 }
 
-inline void Matrices(MatXX A, const MatXX& B, VecX x, const VecX& y, int n, double s) {
+inline void Matrices(MatXX A, const MatXX& B, VecX x, const VecX& y, int n) {
   A.setZero();
   A.setZero(n, n);
   A.setIdentity();
+  A(0, 0) = B(0, 0);
   A = MatXX::Zero(n, n);
   A = MatXX::Identity(n, n);
   const MatXX zero = MatXX::Zero(n, n), one = MatXX::Identity(n, n);
@@ -67,7 +68,9 @@ inline void Matrices(MatXX A, const MatXX& B, VecX x, const VecX& y, int n, doub
   A = x.asDiagonal() * B.transpose() * y.asDiagonal();
   A = x.cwiseSqrt().asDiagonal() * B.transpose();
   const MatXX D = B * x.asDiagonal() * B.transpose(), E = x.asDiagonal() * B.transpose() * y.asDiagonal();
+}
 
+inline void Vectors(const MatXX& A, const MatXX& B, VecX x, const VecX& y, int n, double s) {
   x.setZero();
   x.setZero(n);
   x.resize(n);
@@ -96,7 +99,7 @@ inline void Matrices(MatXX A, const MatXX& B, VecX x, const VecX& y, int n, doub
   x = (y.array() > s).select(y.array().inverse(), 0.0);
   const VecX larger = (y.array() > s).select(y, 0.0), divided = (y.array() > s).select(y.array().inverse(), 0.0);
   const bool finite = x.allFinite() && A.allFinite() && A.norm() > x.norm() && x.maxCoeff() > x.minCoeff();
-  A(0, 0) = x(0) + B(0, 0) + y(0) + finite;
+  x(0) = A(0, 0) + y(0) + finite;
 }
 
 inline void Edges(const Edge& edge, MatXX A, VecX x, double s) {
