@@ -200,7 +200,7 @@ class Page(InAFolder):
                 self.assertEqual(english_in(words), "")
                 self.assertNotRegex(words, r"[\u4e00-\u9fff][,:] |[,:] [\u4e00-\u9fff]", "a mark of half width")
             for part in ("阿达", "口头解释过", "strange", "Eve") + (("两个位姿之间的一条边",) if language == "zh" else
-                         ("3 of 4 students have handed in", "one edge between two poses", "nothing begun")):
+                         ("3 of 4 students have handed in", "one edge between two poses", "nothing started")):
                 self.assertIn(part, words)
             self.assertEqual(text.count('class="bar"'), 12)
             self.assertIn("sortable", text)

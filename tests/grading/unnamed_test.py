@@ -142,9 +142,10 @@ class FromTheTableToThePage(FolderTest):
     """As GRADING.md tells it, with a mistake that has no name."""
     ENTRY = "// MISTAKE corner 2.b_before_move\n// CHANGE 2d H_prior = Arr => Arr(0, 0) += 0.123; H_prior = Arr\n"
 
-    def grade(self, *words) -> None:
-        with redirect_stdout(Terminal()):
-            self.assertEqual(main(["grade", *map(str, words), "--out", str(self.folder / "out"), "--language", "en"]), 0)
+    def grade(self, *words) -> str:
+        with redirect_stdout(Terminal()) as said:
+            self.assertEqual(main(["grade", "--out", str(self.folder / "out"), "--language", "en", *map(str, words)]), 0)
+        return said.getvalue()
 
     def pages(self) -> list:
         return [words_of(self.folder / "out" / name / "feedback.html") for name in ("jane", "joe")]
@@ -165,6 +166,7 @@ class FromTheTableToThePage(FolderTest):
             self.assertNotIn("made from the b before", "".join(self.pages()))
             grades = (self.folder / "out" / "grades.csv").read_bytes()
             with mock.patch.object(Toolchain, "compile", autospec=True, side_effect=Toolchain.compile) as compiled:
+                self.assertIn("answers.csv: corner.", self.grade("--rename", "--out", self.folder / "empty"))  # nothing graded there
                 self.grade("--rename")
             self.assertEqual(compiled.call_count, 1, "the entry alone")
             for page in self.pages():

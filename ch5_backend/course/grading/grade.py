@@ -59,15 +59,18 @@ def run_grade(arguments) -> int:
         return 0
     with made_dir(out) if arguments.shard else locked_dir(out):  # shards may work side by side
         toolchain = ready_toolchain(box) if submissions or arguments.rename else None
-        if arguments.rename:
-            rename.learn(toolchain)
+        learned = rename.learn(toolchain) if arguments.rename else []
         if submissions:
             session = Session(out, toolchain, stages, rubric, the_seed(out, arguments.seed), say, not arguments.whole)
             session.grade_all(share(submissions, arguments.shard), arguments.jobs or CORES)
         rename.rename_all(out)
         records = read_records(out, stages, rubric, say)
         if not records and not submissions:
-            raise CourseError(f"{out}: nothing was graded there yet; name the submissions")
+            if not arguments.rename:
+                raise CourseError(f"{out}: nothing was graded there yet; name the submissions")
+            words = say("grade.learned", names=say("grade.list").join(learned) or "–", path=str(out))
+            jsonout.emit({"out": str(out), "records": []}) if arguments.json else print(words)
+            return 0
         marks, lost = classbook.settle(book, records, points) if book else ([], [])
         if not arguments.shard:
             write_tables(out, records, points, book, marks, lost, say, earlier)
