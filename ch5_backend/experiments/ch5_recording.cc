@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <limits>
+#include <initializer_list>
 #include <stdexcept>
 
 #include "ch5_backend/experiments/studies/command_line.h"
@@ -19,6 +19,8 @@
 #include "ch5_backend/files/tables/text_writer.h"
 
 namespace {
+
+using namespace ch5;
 
 constexpr char kUsage[] =
     "usage: ch5_recording FOLDER --out DIR [--policy vins|okvis] [--batch] [--seconds A:B] [--window N]\n"
@@ -39,7 +41,7 @@ constexpr char kUsage[] =
 
 struct Command {
   std::string folder, out;
-  ch5::EstimatorWords given;
+  EstimatorWords given;
   bool batch = false, strict = false;
 };
 
@@ -55,16 +57,16 @@ std::string Cell(double value, int width, int digits) {
 }
 
 // A row of the table, and below it what the run took, each restart and segment: no line beyond 80 columns.
-void PrintRun(const ch5::OdometryRun& run) {
-  constexpr double kDegrees = 180.0 / M_PI, kUnknown = std::numeric_limits<double>::quiet_NaN();
+void PrintRun(const OdometryRun& run) {
+  constexpr double kDegrees = 180.0 / M_PI;
   const bool is_relative = run.error && run.relative;
   std::printf("%-8s  %s  %s  %s  %s  %s  %s  %8d\n", run.policy.c_str(),
-              Cell(run.error ? run.error->position_rmse : kUnknown, 7, 4).c_str(),
-              Cell(is_relative ? run.relative->position_rmse : kUnknown, 7, 4).c_str(),
-              Cell(is_relative ? run.relative->DriftPercent() : kUnknown, 9, 2).c_str(),
-              Cell(is_relative ? run.relative->path : kUnknown, 8, 2).c_str(),
-              Cell(run.error ? run.error->scale : kUnknown, 6, 4).c_str(),
-              Cell(run.error ? run.error->yaw_rmse * kDegrees : kUnknown, 9, 3).c_str(), run.restarts);
+              Cell(run.error ? run.error->position_rmse : kNoNumber, 7, 4).c_str(),
+              Cell(is_relative ? run.relative->position_rmse : kNoNumber, 7, 4).c_str(),
+              Cell(is_relative ? run.relative->DriftPercent() : kNoNumber, 9, 2).c_str(),
+              Cell(is_relative ? run.relative->path : kNoNumber, 8, 2).c_str(),
+              Cell(run.error ? run.error->scale : kNoNumber, 6, 4).c_str(),
+              Cell(run.error ? run.error->yaw_rmse * kDegrees : kNoNumber, 9, 3).c_str(), run.restarts);
   std::printf("          %zu images; times real time %s, without start %s; p99 %s ms\n", run.states.size(),
               Cell(run.realtime_factor, 0, 1).c_str(), Cell(run.tracking_factor, 0, 1).c_str(),
               Cell(run.p99_window_ms, 0, 2).c_str());
@@ -74,12 +76,12 @@ void PrintRun(const ch5::OdometryRun& run) {
   if (run.time_offset)
     std::printf("          images are taken %.1f ms %s than stamped\n", 1e3 * std::abs(*run.time_offset),
                 *run.time_offset < 0.0 ? "earlier" : "later");
-  for (const ch5::ImageResult& row : run.rows) {
-    if (row.report.status != ch5::FrameReport::Status::kRestarted) continue;
+  for (const ImageResult& row : run.rows) {
+    if (row.report.status != FrameReport::Status::kRestarted) continue;
     std::printf("          segment %d begins at %.2f s: %s\n", row.report.segment, row.t, row.report.message.c_str());
   }
   if (run.segments.size() < 2) return;
-  for (const ch5::OdometrySegment& segment : run.segments) {
+  for (const OdometrySegment& segment : run.segments) {
     std::printf("          segment %d, %.2f to %.2f s, %zu images", segment.id, segment.states.front().t,
                 segment.states.back().t, segment.states.size());
     if (segment.error) {
@@ -91,127 +93,142 @@ void PrintRun(const ch5::OdometryRun& run) {
 }
 
 // Says each on standard error, and keeps it for the report.
-void Warn(const ch5::RecordingWarnings& more, ch5::RecordingWarnings* warnings) {
-  for (const ch5::RecordingWarning& warning : more)
+void Warn(const RecordingWarnings& more, RecordingWarnings* warnings) {
+  for (const RecordingWarning& warning : more)
     std::fprintf(stderr, "ch5_recording: warning: %s\n", warning.words.c_str());
   warnings->insert(warnings->end(), more.begin(), more.end());
 }
 
 // Lines that cannot be read, clocks that jump, and keys that nobody reads.
-ch5::RecordingWarnings CheckFiles(const std::vector<ch5::LeftOut>& left_out, const std::vector<ch5::ClockStep>& steps,
-                                  const std::vector<std::string>& keys) {
-  ch5::RecordingWarnings warnings;
-  for (const ch5::ClockStep& step : steps) {
-    const double seconds = std::round(1e-9 * static_cast<double>(step.ns) + ch5::kClockPause);
+RecordingWarnings CheckFiles(const std::vector<LeftOut>& left_out, const std::vector<ClockStep>& steps,
+                             const std::vector<std::string>& keys) {
+  RecordingWarnings warnings;
+  for (const ClockStep& step : steps) {
+    const double seconds = std::round(1e-9 * static_cast<double>(step.ns) + kClockPause);
     warnings.push_back({"clock_jump", seconds, step.t,
                         step.where + ": at " + Cell(step.t, 0, 1) + " s all clocks jump by " + Cell(seconds, 0, 0) +
                             " s, set anew or after a pause: a new segment begins, and times leave the jump out",
                         step.where, step.t});
   }
-  for (const ch5::LeftOut& lines : left_out) {
-    warnings.push_back({"left_out", static_cast<double>(lines.count), ch5::kNoNumber,
+  for (const LeftOut& lines : left_out) {
+    warnings.push_back({"left_out", static_cast<double>(lines.count), kNoNumber,
                         lines.file + ": lines left out: " + std::to_string(lines.count) + ", the first: " + lines.first,
                         lines.first});
   }
   if (!keys.empty()) {
-    warnings.push_back({"cameras", static_cast<double>(keys.size()), ch5::kNoNumber,
+    warnings.push_back({"cameras", static_cast<double>(keys.size()), kNoNumber,
                         "only camera and camera1 are used; keys of others: " + std::to_string(keys.size()) +
                             ", the first is " + keys.front()});
   }
   return warnings;
 }
 
-bool Has(const ch5::RecordingWarnings& warnings, const std::string& name) {
-  return std::any_of(warnings.begin(), warnings.end(), [&](const auto& warning) { return warning.name == name; });
-}
-
-// Throws if no image has a state, with what each policy says of the last one.
-void RequireAStart(const ch5::OdometryStudy& study, size_t images) {
-  const auto is_silent = [](const ch5::OdometryRun& run) { return run.states.empty(); };
-  if (!std::all_of(study.runs.begin(), study.runs.end(), is_silent)) return;
-  std::string message = "no image was answered: in these " + std::to_string(images) + " images no policy found a start";
-  for (const ch5::OdometryRun& run : study.runs) message += "\n  " + run.policy + ": " + run.rows.back().report.message;
-  throw std::invalid_argument(message);
+// Whether one of these is among them.
+bool Has(const RecordingWarnings& warnings, std::initializer_list<const char*> names) {
+  const auto is_named = [&](const auto& one) { return std::find(names.begin(), names.end(), one.name) != names.end(); };
+  return std::any_of(warnings.begin(), warnings.end(), is_named);
 }
 
 // Focal length and clock, by the images' turns beside the gyroscope's; a dead one tells nothing.
-ch5::RecordingWarnings CompareWithImages(const ch5::RecordingWarnings& readings, ch5::Recording* recording,
-                                         ch5::OdometrySettings* settings) {
-  if (Has(readings, "gyroscope_dead")) return {};
-  ch5::RecordingWarnings warnings = ch5::CheckMeasurements(settings, recording, !Has(readings, "gyroscope_rail"));
-  ch5::CorrectTurnGain(*settings, &warnings, recording);
-  const ch5::RecordingWarnings clock = ch5::CheckClock(*recording, settings);
+RecordingWarnings CompareWithImages(const RecordingWarnings& readings, Recording* recording,
+                                    OdometrySettings* settings) {
+  if (Has(readings, {"gyroscope_dead"})) return {};
+  RecordingWarnings warnings = CheckMeasurements(settings, recording, !Has(readings, {"gyroscope_rail"}));
+  CorrectTurnGain(*settings, &warnings, recording);
+  const RecordingWarnings clock = CheckClock(*recording, settings);
   warnings.insert(warnings.end(), clock.begin(), clock.end());
   return warnings;
 }
 
-void Run(const Command& command) {
-  std::vector<ch5::LeftOut> left_out;
+// The recording, corrected as far as its own measurements tell.
+Recording ReadAndCheck(const Command& command, OdometrySettings* settings, RecordingWarnings* warnings) {
+  std::vector<LeftOut> left_out;
   std::vector<int> imu_lines;
   const std::filesystem::path folder = command.folder;
-  ch5::Recording recording = ch5::ReadRecording(folder, command.strict ? nullptr : &left_out, &imu_lines);
-  const auto extras = ch5::ReadCalibrationExtras(folder / "calibration.yaml");
-  ch5::OdometrySettings settings = ch5::ReadOdometrySettings(extras.estimator, command.given);
-  const auto readings = ch5::CheckReadings((folder / "imu.csv").string(), imu_lines, command.strict, &recording);
-  settings.Restrict(&recording);
-  ch5::RecordingWarnings warnings;
-  const auto warn = [&warnings](const ch5::RecordingWarnings& more) { Warn(more, &warnings); };
-  warn(CheckFiles(left_out, recording.clock_steps, extras.not_used));
-  warn(readings);
-  warn(ch5::CheckImages(command.strict, &recording));
-  warn(ch5::CheckTracks(command.strict, &recording));
-  warn(ch5::CheckNoise(&recording, &settings));
-  warn(CompareWithImages(readings, &recording, &settings));
-  const ch5::OutputFolder made(command.out);
+  Recording recording = ReadRecording(folder, command.strict ? nullptr : &left_out, &imu_lines);
+  const auto extras = ReadCalibrationExtras(folder / "calibration.yaml");
+  *settings = ReadOdometrySettings(extras.estimator, command.given);
+  const auto readings = CheckReadings((folder / "imu.csv").string(), imu_lines, command.strict, &recording);
+  settings->Restrict(&recording);
+  Warn(CheckFiles(left_out, recording.clock_steps, extras.not_used), warnings);
+  Warn(readings, warnings);
+  Warn(CheckImages(command.strict, &recording), warnings);
+  Warn(CheckTracks(command.strict, &recording), warnings);
+  Warn(CheckNoise(&recording, settings), warnings);
+  Warn(CompareWithImages(readings, &recording, settings), warnings);
+  return recording;
+}
+
+// With these, what the estimates say of the accelerometer and of their windows is no more than can be expected …
+constexpr std::initializer_list<const char*> kCauses = {"turns", "lens", "gyroscope_rail", "accelerometer_rail"};
+// … and each of these looks like a fault of the accelerometer.
+constexpr std::initializer_list<const char*> kAlike = {"gravity", "imu_rate", "turns_focal", "gyroscope_corrected",
+                                                       "turns_rotation"};
+
+// Follows the recording, and once or twice again where that has shown faults of the sensors.
+OdometryStudy FollowAndCorrect(const OdometrySettings& settings, bool batch, Recording* recording,
+                               RecordingWarnings* warnings) {
+  const Progress progress;
+  const auto show = [&](const std::string& policy, double fraction) { progress.Show(policy, fraction); };
+  const bool may_be_faulty = !Has(*warnings, kCauses) && !Has(*warnings, kAlike);
+  for (int round = 0;; ++round) {
+    OdometryStudy study = RunOdometryStudy(*recording, show, settings, batch, true);
+    progress.Clear();
+    if (!may_be_faulty || round == 2) return study;
+    const RecordingWarnings faults = CorrectFaults(study, settings, recording);
+    if (faults.empty()) return study;
+    Warn(faults, warnings);
+  }
+}
+
+// Throws if no image has a state, with what each policy says of the last one.
+void RequireAStart(const OdometryStudy& study, size_t images) {
+  const auto is_silent = [](const OdometryRun& run) { return run.states.empty(); };
+  if (!std::all_of(study.runs.begin(), study.runs.end(), is_silent)) return;
+  std::string message = "no image was answered: in these " + std::to_string(images) + " images no policy found a start";
+  for (const OdometryRun& run : study.runs) message += "\n  " + run.policy + ": " + run.rows.back().report.message;
+  throw std::invalid_argument(message);
+}
+
+void CheckEstimates(const OdometryStudy& study, const OdometrySettings& settings, RecordingWarnings* warnings) {
+  // Images that turn otherwise than the gyroscope tell nothing of the accelerometer, nor of a scale.
+  const bool turns_otherwise = Has(*warnings, {"turns"}), is_explained = Has(*warnings, kCauses);
+  const auto failures = turns_otherwise ? RecordingWarnings() : CheckFailures(study);
+  Warn(failures, warnings);
+  RequireAStart(study, study.recording.images.size());
+  if (failures.empty() && !turns_otherwise) Warn(CheckStarts(study), warnings);
+  Warn(CheckAgreement(study), warnings);
+  if (!is_explained && failures.empty()) Warn(CheckResiduals(study, settings), warnings);
+  Warn(CheckComparison(study), warnings);
+}
+
+void Run(const Command& command) {
+  OdometrySettings settings;
+  RecordingWarnings warnings;
+  Recording recording = ReadAndCheck(command, &settings, &warnings);
+  const OutputFolder made(command.out);
   std::printf("%zu images, %zu IMU measurements, %.1f s\n\n", recording.images.size(), recording.imu.size(),
               recording.images.back().t - recording.images.front().t);
   std::fflush(stdout);
-  const ch5::Progress progress;
-  const auto run = [&] {
-    const auto show = [&](const std::string& policy, double fraction) { progress.Show(policy, fraction); };
-    auto study = ch5::RunOdometryStudy(recording, show, settings, command.batch, true);
-    progress.Clear();
-    return study;
-  };
-  ch5::OdometryStudy study = run();
-  // Images that turn otherwise than the gyroscope tell nothing of the accelerometer, nor of a scale.
-  const bool turns_otherwise = Has(warnings, "turns");
-  const auto is_named = [&](const char* name) { return Has(warnings, name); };
-  constexpr const char* kCauses[] = {"turns", "lens", "gyroscope_rail", "accelerometer_rail"};
-  const bool is_explained = std::any_of(std::begin(kCauses), std::end(kCauses), is_named);
-  // Each of these looks like a fault of the accelerometer.
-  constexpr const char* kAlike[] = {"gravity", "imu_rate", "turns_focal", "gyroscope_corrected", "turns_rotation"};
-  const bool may_be_faulty = !is_explained && std::none_of(std::begin(kAlike), std::end(kAlike), is_named);
-  for (int round = 0; round < 2 && may_be_faulty; ++round) {
-    const auto faults = ch5::CorrectFaults(study, settings, &recording);
-    if (faults.empty()) break;
-    warn(faults);
-    study = run();
-  }
-  const auto failures = turns_otherwise ? ch5::RecordingWarnings() : ch5::CheckFailures(study);
-  warn(failures);
-  RequireAStart(study, recording.images.size());
-  if (failures.empty() && !turns_otherwise) warn(ch5::CheckStarts(study));
-  warn(ch5::CheckAgreement(study));
-  if (!is_explained && failures.empty()) warn(ch5::CheckResiduals(study, settings));
-  warn(ch5::CheckComparison(study));
+  OdometryStudy study = FollowAndCorrect(settings, command.batch, &recording, &warnings);
+  CheckEstimates(study, settings, &warnings);
   study.warnings = warnings;
-  ch5::WriteOdometryTables(study, std::filesystem::path(command.out) / "csv");
-  ch5::WriteOdometryTrajectories(study, command.out);
+  WriteOdometryTables(study, std::filesystem::path(command.out) / "csv");
+  WriteOdometryTrajectories(study, command.out);
 
   std::printf("policy    ATE [m]  RPE [m]  drift [%%]  path [m]   scale  yaw [deg]  restarts\n");
-  for (const ch5::OdometryRun& run : study.runs) PrintRun(run);
+  for (const OdometryRun& run : study.runs) PrintRun(run);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
   Command command;
-  ch5::CommandLine line("ch5_recording", kUsage);
+  CommandLine line("ch5_recording", kUsage);
   line.Argument("FILE", &command.folder);
   line.Text("--out", &command.out);
   line.Flag("--batch", [&] { command.batch = true; });
   line.Flag("--strict", [&] { command.strict = true; });
-  ch5::DeclareOdometryOptions(&line, &command.given);
+  DeclareOdometryOptions(&line, &command.given);
   return line.Run(argc, argv, [&] { Run(command); });
 }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <mutex>
 #include <optional>
 #include <thread>
@@ -137,8 +136,7 @@ namespace {
 double StandardError(const std::vector<double>& values) {
   const auto v = Eigen::Map<const VecX>(values.data(), static_cast<Eigen::Index>(values.size()));
   const double n = static_cast<double>(values.size());
-  return n > 1.0 ? (v.array() - v.mean()).matrix().norm() / std::sqrt(n * (n - 1.0))
-                 : std::numeric_limits<double>::quiet_NaN();
+  return n > 1.0 ? (v.array() - v.mean()).matrix().norm() / std::sqrt(n * (n - 1.0)) : kNoNumber;
 }
 
 }  // namespace

@@ -7,12 +7,11 @@
 #include <cmath>
 #include <ctime>
 #include <fstream>
-#include <limits>
 #include <optional>
 #include <stdexcept>
+#include <utility>
 
 #include "ch5_backend/evaluate/align.h"
-#include "ch5_backend/experiments/studies/odometry.h"
 #include "ch5_backend/simulate/sensors/simulation.h"
 
 namespace ch5 {
@@ -21,14 +20,11 @@ namespace {
 constexpr double kImageRate = 10.0, kAlignSeconds = 60.0;
 
 Recording Simulate(const EnduranceOptions& options) {
-  HandheldOptions path;
-  path.duration = options.frames / kImageRate;
-  path.standstill_seconds = 2.0;
   SimulationOptions simulation;
   simulation.calibration.camera_rate = kImageRate;
   simulation.calibration.imu_rate = 100.0;
   simulation.camera.max_tracks = 30;
-  return SimulateInRoom(path, 600, simulation, options.seed);
+  return SimulateInRoom({options.frames / kImageRate, /*standstill_seconds=*/2.0}, 600, simulation, options.seed);
 }
 
 // How many images took how much of the processor's time, in steps of 1 %: what it holds does not grow with the flight.
@@ -60,7 +56,7 @@ class Times {
 double ResidentMegabytes() {
   std::ifstream statm("/proc/self/statm");
   double total = 0.0, resident = 0.0;
-  if (!(statm >> total >> resident)) return std::numeric_limits<double>::quiet_NaN();
+  if (!(statm >> total >> resident)) return kNoNumber;
   return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e6;
 }
 
@@ -72,63 +68,64 @@ void RequireFinite(const StampedState& state, const std::string& policy) {
   }
 }
 
-void RunPolicy(const Recording& recording, const EnduranceOptions& options, std::unique_ptr<WindowPolicy> policy,
-               const std::function<void(double)>& progress, std::vector<EnduranceRow>* rows) {
+// How far an estimator's positions lie from the truth, once those of the first minute are aligned with it.
+class Drift {
+ public:
+  explicit Drift(const std::vector<StampedState>& truth) : truth_(truth) {}
+  /// NaN before, and without an estimate [m].
+  double ErrorOf(const ImageResult& row) {
+    const std::optional<StampedState>& state = row.report.state;
+    if (!is_over_ && state) first_minute_.push_back(*state);
+    if (!is_over_ && row.t >= kAlignSeconds) {
+      is_over_ = true;
+      if (const auto error = CompareTrajectories(std::exchange(first_minute_, {}), truth_))
+        to_truth_ = error->alignment;
+    }
+    if (!state || !to_truth_) return kNoNumber;
+    return (*to_truth_ * state->T_W_B.p - StateAt(truth_, row.t)->T_W_B.p).norm();
+  }
+
+ private:
+  const std::vector<StampedState>& truth_;
+  std::vector<StampedState> first_minute_;
+  bool is_over_ = false;
+  std::optional<YawTransform> to_truth_;
+};
+
+void Endure(const Recording& recording, const EnduranceOptions& options, std::unique_ptr<WindowPolicy> policy,
+            const StudyProgress& progress, std::vector<EnduranceRow>* rows) {
   Estimator estimator(EstimatorOptions{recording.calibration}, std::move(policy));
   const std::string name = estimator.Policy().Name();
-  std::vector<StampedState> first_minute;
-  std::optional<YawTransform> to_truth;  // over the first minute
-  bool aligned = false;
-  std::optional<Vec3> last;  // of the true positions
+  Drift drift(recording.truth);
+  Vec3 last = recording.truth.front().T_W_B.p;
   int frame = 0;
   double distance = 0.0, seconds = 0.0;
   Times times;
   std::clock_t begin = std::clock();
-  const auto look = [&](const ImageResult& row) {
-    ++frame;
-    seconds += row.seconds;
-    times.Add(static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
-    const StampedState truth = *StateAt(recording.truth, row.t);
-    if (last) distance += (truth.T_W_B.p - *last).norm();
-    last = truth.T_W_B.p;
-    if (row.report.state) RequireFinite(*row.report.state, name);
-    if (row.report.state && !aligned) first_minute.push_back(*row.report.state);
-    if (!aligned && row.t >= kAlignSeconds) {
-      const auto error = CompareTrajectories(first_minute, recording.truth);
-      if (error) to_truth = error->alignment;
-      aligned = true;
-      first_minute = {};
-    }
-    if (frame % options.sample_every != 0) return;
-    const double error = row.report.state && to_truth ? (*to_truth * row.report.state->T_W_B.p - truth.T_W_B.p).norm()
-                                                      : std::numeric_limits<double>::quiet_NaN();
-    rows->push_back({name, frame, row.t, distance, error, ResidentMegabytes(), 1e3 * seconds / options.sample_every,
-                     times.Milliseconds(0.5), times.Milliseconds(0.99), times.Milliseconds(0.999),
-                     times.Milliseconds(1.0), estimator.Restarts()});
-    seconds = 0.0;
-    if (progress) progress(static_cast<double>(frame) / static_cast<double>(recording.images.size()));
-  };
   FeedRecording(recording, &estimator, [&](const Estimator&, const ImageResult& row) {
-    look(row);
+    times.Add(static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
+    seconds += row.seconds;
+    const Vec3 p = StateAt(recording.truth, row.t)->T_W_B.p;
+    distance += (p - std::exchange(last, p)).norm();
+    if (row.report.state) RequireFinite(*row.report.state, name);
+    const double error = drift.ErrorOf(row);
+    if (++frame % options.sample_every == 0) {
+      rows->push_back({name, frame, row.t, distance, error, ResidentMegabytes(),
+                       1e3 * std::exchange(seconds, 0.0) / options.sample_every, times.Milliseconds(0.5),
+                       times.Milliseconds(0.99), times.Milliseconds(0.999), times.Milliseconds(1.0),
+                       estimator.Restarts()});
+      if (progress) progress(name, static_cast<double>(frame) / static_cast<double>(recording.images.size()));
+    }
     begin = std::clock();  // the looking is not the estimator's
   });
 }
 
 }  // namespace
 
-std::vector<EnduranceRow> RunEnduranceStudy(const EnduranceOptions& options,
-                                            const std::function<void(const std::string&, double)>& progress) {
+std::vector<EnduranceRow> RunEnduranceStudy(const EnduranceOptions& options, const StudyProgress& progress) {
   const Recording recording = Simulate(options);
   std::vector<EnduranceRow> rows;
-  for (auto&& policy : AllPolicies()) {
-    const std::string name = policy->Name();
-    RunPolicy(
-        recording, options, std::move(policy),
-        [&](double fraction) {
-          if (progress) progress(name, fraction);
-        },
-        &rows);
-  }
+  for (auto&& policy : AllPolicies()) Endure(recording, options, std::move(policy), progress, &rows);
   return rows;
 }
 

@@ -2,10 +2,10 @@
 /// Ten thousand images: does an estimator's memory stay constant, and its error in proportion to the path's length?
 
 #include <cstdint>
-#include <functional>
 #include <string>
 #include <vector>
 
+#include "ch5_backend/experiments/studies/odometry.h"
 #include "ch5_backend/files/tables/csv.h"
 
 namespace ch5 {
@@ -32,8 +32,7 @@ struct EnduranceRow {
 
 /// Both policies, one after the other, on a hand-held camera in a room. The recording is made before the first row.
 /// @throws std::runtime_error if an estimate is not finite, naming policy and time
-std::vector<EnduranceRow> RunEnduranceStudy(const EnduranceOptions& options,
-                                            const std::function<void(const std::string&, double)>& progress = nullptr);
+std::vector<EnduranceRow> RunEnduranceStudy(const EnduranceOptions& options, const StudyProgress& progress = nullptr);
 
 CsvTable EnduranceTable(const std::vector<EnduranceRow>& rows);
 

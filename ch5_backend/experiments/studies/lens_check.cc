@@ -31,9 +31,16 @@ struct SharedUnknowns {
   std::shared_ptr<size_t> cause = std::make_shared<size_t>(0);
 };
 
+using Points = std::pair<Vec2, Vec2>;  // the places of one in both images
+
 struct ImagePair {
   GyroscopeTurn turn;
-  std::vector<std::pair<Vec2, Vec2>> points;
+  std::vector<Points> points;
+
+  // f_i and R f_j
+  std::pair<Vec3, Vec3> Rays(const Points& x) const {
+    return {x.first.homogeneous().normalized(), turn.R * x.second.homogeneous().normalized()};
+  }
 };
 
 // What is wrong, as Disagreement has it: one of these is not zero.
@@ -49,7 +56,7 @@ class EdgeBentRays
     : public AutoDiffEdge<EdgeBentRays, 2, VertexVector<4>, VertexScalar, VertexVector<3>, VertexVector<3>> {
  public:
   EdgeBentRays(const SharedUnknowns& shared, std::shared_ptr<VertexVector<3>> t, const GyroscopeTurn& turn,
-               const std::pair<Vec2, Vec2>& points)
+               const Points& points)
       : AutoDiffEdge(shared.bias_delay, shared.number, shared.vector, std::move(t)),
         cause_(shared.cause),
         turn_(turn),
@@ -87,7 +94,7 @@ class EdgeBentRays
  private:
   std::shared_ptr<const size_t> cause_;
   GyroscopeTurn turn_;
-  std::pair<Vec2, Vec2> points_;
+  Points points_;
 };
 
 std::optional<GyroscopeTurn> TurnBetween(const Recording& recording, const Vec3& bias, double t0, double t1) {
@@ -115,19 +122,18 @@ std::optional<ImagePair> FindPair(const Recording& recording, size_t i, const Ve
   for (size_t j = i + 1; j < frames.size() && frames[j].t - frames[i].t < kLongest; ++j) {
     const auto turn =
         TurnBetween(recording, bias_delay.head<3>(), frames[i].t + bias_delay[3], frames[j].t + bias_delay[3]);
-    ImagePair pair;
+    if (!turn) return std::nullopt;
+    ImagePair pair{*turn, {}};
     std::vector<double> parallax;
     for (const TrackedPoint& point : frames[j].tracks) {
       const auto before = first.find(point.id);
-      if (before == first.end() || !turn) continue;
+      if (before == first.end()) continue;
       pair.points.emplace_back(before->second, point.x);
-      const Vec3 f_i = before->second.homogeneous().normalized(), f_j = point.x.homogeneous().normalized();
-      parallax.push_back(f_i.cross(turn->R * f_j).norm());
+      const auto [f_i, f_j] = pair.Rays(pair.points.back());
+      parallax.push_back(f_i.cross(f_j).norm());
     }
     if (pair.points.size() < kFewest) return std::nullopt;
-    if (Median(parallax) < kLeastParallax) continue;
-    pair.turn = *turn;
-    return pair;
+    if (Median(parallax) >= kLeastParallax) return pair;
   }
   return std::nullopt;
 }
@@ -138,8 +144,9 @@ Vec3 FirstDirection(const ImagePair& pair) {
   Vec3 t = Vec3::Zero();          // at first all count alike
   for (int round = 0; round < 5; ++round) {
     Mat33 A = Mat33::Zero();
-    for (const auto& [x_i, x_j] : pair.points) {
-      const Vec3 n = x_i.homogeneous().normalized().cross(pair.turn.R * x_j.homogeneous().normalized());
+    for (const Points& points : pair.points) {
+      const auto [f_i, f_j] = pair.Rays(points);
+      const Vec3 n = f_i.cross(f_j);
       A += n * n.transpose() / ((n.squaredNorm() + kWide * kWide) * (1.0 + std::pow(n.dot(t) / kWide, 2)));
     }
     t = Eigen::SelfAdjointEigenSolver<Mat33>(A).eigenvectors().col(0);
@@ -150,91 +157,106 @@ Vec3 FirstDirection(const ImagePair& pair) {
 // Which of the points lie so far from their epipolar planes that they are no measurement of them, whatever is wrong.
 void RemoveOutliers(const Vec3& t, ImagePair* pair) {
   constexpr double kTimes = 5.0;  // the median
-  const auto error = [&](const std::pair<Vec2, Vec2>& points) {
-    const Vec3 f_i = points.first.homogeneous().normalized(),
-               f = pair->turn.R * points.second.homogeneous().normalized();
-    return std::abs(f_i.dot(t.cross(f))) / (t.cross(f).norm() + 1e-3);
+  const auto error = [&](const Points& points) {
+    const auto [f_i, f_j] = pair->Rays(points);
+    const Vec3 n = t.cross(f_j);
+    return std::abs(f_i.dot(n)) / (n.norm() + 1e-3);
   };
   std::vector<double> errors;
-  for (const auto& points : pair->points) errors.push_back(error(points));
+  for (const Points& points : pair->points) errors.push_back(error(points));
   const double most = kTimes * Median(errors);
-  pair->points.erase(std::remove_if(pair->points.begin(), pair->points.end(),
-                                    [&](const auto& points) { return error(points) > most; }),
-                     pair->points.end());
+  const auto is_far = [&](const Points& points) { return error(points) > most; };
+  pair->points.erase(std::remove_if(pair->points.begin(), pair->points.end(), is_far), pair->points.end());
 }
 
-// The edges of pairs of images all over the recording; returns how many pairs there are.
-size_t AddPairs(const Recording& recording, const VertexVector<4>::Estimate& bias_delay, const SharedUnknowns& shared,
-                Graph* graph) {
-  constexpr size_t kPairs = 50;
-  size_t pairs = 0;
-  for (size_t i = 0; i < recording.images.size(); i += std::max<size_t>(1, recording.images.size() / kPairs)) {
-    auto pair = FindPair(recording, i, bias_delay);
-    if (!pair) continue;
-    ++pairs;
-    const auto t = std::make_shared<VertexVector<3>>(FirstDirection(*pair));
-    RemoveOutliers(t->GetEstimate(), &*pair);
-    t->SetRole(Role::kLandmark);
-    graph->AddVertex(t);
-    for (const auto& points : pair->points) {
-      graph->AddEdge(std::make_shared<EdgeBentRays>(shared, t, pair->turn, points));
-      graph->Edges().back()->SetInformation(Mat22::Identity() / (kSigma * kSigma));
+// The pairs of images all over the recording, and what is unknown of them all together.
+class RayProblem {
+ public:
+  // @return whether there are enough of them
+  bool FindPairs(const Recording& recording, double delay) {
+    constexpr size_t kFewest = 10;
+    constexpr int kRounds = 3;
+    // A bias looks like parallax: without it, pairs are found anew.
+    VertexVector<4>::Estimate bias_delay(0.0, 0.0, 0.0, delay);
+    for (int round = 0; round < kRounds; ++round) {
+      graph_.Clear();
+      shared_.bias_delay->SetEstimate(VertexVector<4>::Estimate::Zero());
+      graph_.AddVertex(shared_.bias_delay);
+      graph_.AddVertex(shared_.number);
+      graph_.AddVertex(shared_.vector);
+      Hold(true, true);
+      if (AddPairs(recording, bias_delay) < kFewest) return false;
+      if (round + 1 == kRounds) break;
+      Solve(15.0);  // so wide that a bias rejects nothing
+      bias_delay += shared_.bias_delay->GetEstimate();
+      bias_delay[3] = delay;
     }
+    return true;
   }
-  return pairs;
-}
+
+  // The next cause of a Disagreement alone.
+  Cause Next() {
+    const bool is_number = *shared_.cause < 4;
+    Hold(!is_number, is_number);
+    Solve(15.0);
+    const double left = Solve(3.0);
+    const double value = is_number ? shared_.number->GetEstimate()[0] : shared_.vector->GetEstimate().norm();
+    shared_.number->SetEstimate(VertexScalar::Estimate(0.0));
+    shared_.vector->SetEstimate(Vec3::Zero());
+    Hold(true, true);
+    const double gain = Solve(3.0) / left;  // from there, so that both are at one minimum
+    ++*shared_.cause;
+    const double n = static_cast<double>(graph_.Edges().size());
+    return {value, std::abs(value) / std::sqrt(n * std::max(gain - 1.0, 1e-9)), gain};
+  }
+
+ private:
+  // @return  how many there are
+  size_t AddPairs(const Recording& recording, const VertexVector<4>::Estimate& bias_delay) {
+    constexpr size_t kPairs = 50;
+    size_t pairs = 0;
+    for (size_t i = 0; i < recording.images.size(); i += std::max<size_t>(1, recording.images.size() / kPairs)) {
+      auto pair = FindPair(recording, i, bias_delay);
+      if (!pair) continue;
+      ++pairs;
+      const auto t = std::make_shared<VertexVector<3>>(FirstDirection(*pair));
+      RemoveOutliers(t->GetEstimate(), &*pair);
+      t->SetRole(Role::kLandmark);
+      graph_.AddVertex(t);
+      for (const auto& points : pair->points) {
+        graph_.AddEdge(std::make_shared<EdgeBentRays>(shared_, t, pair->turn, points));
+        graph_.Edges().back()->SetInformation(Mat22::Identity() / (kSigma * kSigma));
+      }
+    }
+    return pairs;
+  }
+
+  void Hold(bool number, bool vector) {
+    shared_.number->SetFixed(number);
+    shared_.vector->SetFixed(vector);
+  }
+
+  double Solve(double width) {
+    const auto loss = std::make_shared<CauchyLoss>(width);
+    for (const auto& edge : graph_.Edges()) edge->SetLossFunction(loss);
+    return SparseOptimizer(&graph_).Solve().final_cost;
+  }
+
+  Graph graph_;
+  SharedUnknowns shared_{std::make_shared<VertexVector<4>>(VertexVector<4>::Estimate::Zero()),
+                         std::make_shared<VertexScalar>(VertexScalar::Estimate(0.0)),
+                         std::make_shared<VertexVector<3>>(Vec3::Zero())};
+};
 
 }  // namespace
 
 std::optional<Disagreement> FindDisagreement(const Recording& recording, double delay) {
-  constexpr size_t kFewest = 10;
-  constexpr int kRounds = 3;
-  Graph graph;
-  const SharedUnknowns shared{std::make_shared<VertexVector<4>>(VertexVector<4>::Estimate::Zero()),
-                              std::make_shared<VertexScalar>(VertexScalar::Estimate(0.0)),
-                              std::make_shared<VertexVector<3>>(Vec3::Zero())};
-  const auto hold = [&](bool number, bool vector) {
-    shared.number->SetFixed(number);
-    shared.vector->SetFixed(vector);
-  };
-  const auto solve = [&](double width) {
-    const auto loss = std::make_shared<CauchyLoss>(width);
-    for (const auto& edge : graph.Edges()) edge->SetLossFunction(loss);
-    SolveOptions options;
-    options.max_iterations = 20;
-    return SparseOptimizer(&graph).Solve(options).final_cost;
-  };
-  // A bias looks like parallax: without it, pairs are found anew.
-  VertexVector<4>::Estimate bias_delay(0.0, 0.0, 0.0, delay);
-  for (int round = 0; round < kRounds; ++round) {
-    graph.Clear();
-    shared.bias_delay->SetEstimate(VertexVector<4>::Estimate::Zero());
-    graph.AddVertex(shared.bias_delay);
-    graph.AddVertex(shared.number);
-    graph.AddVertex(shared.vector);
-    hold(true, true);
-    if (AddPairs(recording, bias_delay, shared, &graph) < kFewest) return std::nullopt;
-    if (round + 1 == kRounds) break;
-    solve(15.0);  // so wide that a bias rejects nothing
-    bias_delay += shared.bias_delay->GetEstimate();
-    bias_delay[3] = delay;
-  }
+  RayProblem problem;
+  if (!problem.FindPairs(recording, delay)) return std::nullopt;
   Disagreement result;
-  const double n = static_cast<double>(graph.Edges().size());
   for (Cause* const found :
-       {&result.lens, &result.focal, &result.gyroscope, &result.shutter, &result.drift, &result.rotation}) {
-    const bool is_number = *shared.cause < 4;
-    hold(!is_number, is_number);
-    solve(15.0);
-    const double left = solve(3.0);
-    const double value = is_number ? shared.number->GetEstimate()[0] : shared.vector->GetEstimate().norm();
-    shared.number->SetEstimate(VertexScalar::Estimate(0.0));
-    shared.vector->SetEstimate(Vec3::Zero());
-    hold(true, true);
-    const double gain = solve(3.0) / left;  // from there, so that both are at one minimum
-    *found = {value, std::abs(value) / std::sqrt(n * std::max(gain - 1.0, 1e-9)), gain};
-    ++*shared.cause;
-  }
+       {&result.lens, &result.focal, &result.gyroscope, &result.shutter, &result.drift, &result.rotation})
+    *found = problem.Next();
   return result;
 }
 

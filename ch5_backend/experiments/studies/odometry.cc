@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <limits>
 
+#include "ch5_backend/math/median.h"
 #include "ch5_backend/window/batch.h"
 
 namespace ch5 {
@@ -19,13 +19,6 @@ namespace {
 // An offset of 0 that is not estimated is none.
 bool IsClockKnown(const EstimatorOptions& options) {
   return options.estimate_time_offset || options.time_offset != 0.0;
-}
-
-double Percentile(std::vector<double> values, double fraction) {
-  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
-  const auto at = static_cast<std::ptrdiff_t>(std::ceil(fraction * static_cast<double>(values.size()))) - 1;
-  std::nth_element(values.begin(), values.begin() + at, values.end());
-  return values[static_cast<size_t>(at)];
 }
 
 // At rest the truth's positions are one point, to which any scale and any yaw aligns a trajectory.
@@ -84,17 +77,15 @@ void Summarize(const Recording& recording, OdometryRun* run) {
     milliseconds.push_back(1e3 * row.seconds);
   }
   run->milliseconds = 1e3 * total / static_cast<double>(run->rows.size());
-  run->p99_window_ms = Percentile(milliseconds, 0.99);
+  run->p99_window_ms = milliseconds.empty() ? kNoNumber : Quantile(milliseconds, 0.99);
   const double duration = run->rows.back().t - run->rows.front().t;
   run->realtime_factor = duration / std::max(total, 1e-9);
   const double share = static_cast<double>(milliseconds.size()) / static_cast<double>(run->rows.size());
-  run->tracking_factor =
-      share > 0.0 ? share * duration / std::max(answered, 1e-9) : std::numeric_limits<double>::quiet_NaN();
+  run->tracking_factor = share > 0.0 ? share * duration / std::max(answered, 1e-9) : kNoNumber;
   for (OdometrySegment& segment : run->segments) {
     segment.error = CompareTrajectories(segment.states, recording.truth);
     if (!segment.error || HasMoved(segment.states, recording.truth)) continue;
-    segment.error->scale = segment.error->yaw_rmse = segment.error->rotation_rmse =
-        std::numeric_limits<double>::quiet_NaN();
+    segment.error->scale = segment.error->yaw_rmse = segment.error->rotation_rmse = kNoNumber;
   }
   run->error = Together(run->segments);
   const auto longest = LongestSegment(*run);
@@ -115,7 +106,7 @@ std::vector<std::unique_ptr<WindowPolicy>> AllPolicies(int window) {
 }
 
 std::optional<OdometryRun> RunBatch(const Recording& recording, const EstimatorOptions& options,
-                                    const OdometryRun& start, int threads) {
+                                    const OdometryRun& start) {
   const auto segment = LongestSegment(start);
   if (segment == start.segments.end() || segment->states.size() < 2) return std::nullopt;
   OdometryRun run;
@@ -125,23 +116,22 @@ std::optional<OdometryRun> RunBatch(const Recording& recording, const EstimatorO
     const ImageResult& row = start.rows[k];
     if (!row.report.state || row.report.segment != segment->id) continue;
     images.push_back(recording.images[k]);
-    run.rows.push_back({row.t, 0.0, {}});
   }
-  BatchOptions batch;
-  batch.threads = threads;
   const auto begin = std::chrono::steady_clock::now();
-  const BatchResult result = SolveBatch(options, images, segment->states, recording.imu, batch);
+  const BatchResult result = SolveBatch(options, images, segment->states, recording.imu);
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   run.states = result.states;
   if (IsClockKnown(options)) run.time_offset = result.time_offset;
   run.T_B_C = result.T_B_C;
   run.segments.push_back({0, result.states, {}});
   for (size_t k = 0; k < images.size(); ++k) {
-    run.rows[k].seconds = seconds / static_cast<double>(images.size());
-    run.rows[k].report.status = FrameReport::Status::kTracking;
-    run.rows[k].report.state = result.states[k];
-    run.rows[k].report.landmarks = result.landmarks;
-    run.rows[k].report.solve = result.solve;
+    ImageResult& row = run.rows.emplace_back();
+    row.t = images[k].t;
+    row.seconds = seconds / static_cast<double>(images.size());
+    row.report.status = FrameReport::Status::kTracking;
+    row.report.state = result.states[k];
+    row.report.landmarks = result.landmarks;
+    row.report.solve = result.solve;
   }
   Summarize(recording, &run);
   return run;

@@ -14,6 +14,11 @@
 
 namespace ch5 {
 
+inline constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();  ///< an empty cell, null in JSON
+
+/// Called with the present policy and the fraction done, 0 … 1.
+using StudyProgress = std::function<void(const std::string& policy, double fraction)>;
+
 /// One policy of each kind.
 /// @param window  VINS: frames beside the newest; OKVIS: keyframes; 0: as the policy has it
 std::vector<std::unique_ptr<WindowPolicy>> AllPolicies(int window = 0);
@@ -24,7 +29,7 @@ struct ImageResult {
   double seconds = 0.0;  ///< for the image and its IMU measurements
   FrameReport report;
   /// By how much it seems to be stamped too late, by what is seen where the IMU expects it, if that is looked at [s].
-  double late = std::numeric_limits<double>::quiet_NaN();
+  double late = kNoNumber;
 };
 
 /// What lies between two restarts: poses of one world frame, so it is compared with the truth by itself.
@@ -47,14 +52,12 @@ struct OdometryRun {
   Transform T_B_C;                            ///< likewise
   std::optional<StateCovariance> covariance;  ///< of the last estimate, if EstimatorOptions::report_covariance
   double realtime_factor = 0.0;               ///< duration of the recording / time spent
-  double tracking_factor =
-      0.0;  ///< the same of the images with an estimate, without those of the start; NaN if there is none
-  double milliseconds = 0.0;   ///< mean over the images
-  double p99_window_ms = 0.0;  ///< of the images with an estimate; NaN if there is none
-  double pixels_off =
-      std::numeric_limits<double>::quiet_NaN();  ///< σ of the newest images' points in their windows [px]
-  double nees_motion = std::numeric_limits<double>::quiet_NaN();  ///< motion_nees.h, if that was looked at
-  int nees_windows = 0;                                           ///< in how many windows
+  double tracking_factor = 0.0;    ///< the same of the images with an estimate, without those of the start; NaN if none
+  double milliseconds = 0.0;       ///< mean over the images
+  double p99_window_ms = 0.0;      ///< of the images with an estimate; NaN if there is none
+  double pixels_off = kNoNumber;   ///< σ of the newest images' points in their windows [px]
+  double nees_motion = kNoNumber;  ///< motion_nees.h, if that was looked at
+  int nees_windows = 0;            ///< in how many windows
 };
 
 /// That with the most states, or the end of `run.segments`.
@@ -67,7 +70,7 @@ using OdometryCallback = std::function<void(const Estimator&, ImageResult&)>;
 /// the seconds of the solve shared equally.
 /// @return nullopt if no segment has two images
 std::optional<OdometryRun> RunBatch(const Recording& recording, const EstimatorOptions& options,
-                                    const OdometryRun& start, int threads);
+                                    const OdometryRun& start);
 
 /// Feeds the recording in order of time.
 /// @param watch  called after each image

@@ -209,12 +209,49 @@ CsvTable WarningTable(const OdometryStudy& study) {
   return table;
 }
 
+// The image of the k-th spectrum: they are spread over the second half, the last one at the end.
+size_t DueImage(size_t k, size_t images) { return images / 2 + (k + 1) * images / (2 * kSpectra); }
+
+// A policy's run, and what is seen of its windows meanwhile.
+void Follow(std::unique_ptr<WindowPolicy> policy, const EstimatorOptions& options, const StudyProgress& progress,
+            OdometryStudy* study) {
+  const Recording& recording = study->recording;
+  const std::string name = policy->Name();
+  const size_t images = recording.images.size();
+  size_t image = 0, spectra = 0;
+  std::vector<double> pixels;
+  double late = kNoNumber;
+  policy = WithResiduals(std::move(policy), &pixels, &late);
+  MotionNees nees;
+  if (!recording.truth.empty())
+    policy = ComparedBeforeSlides(std::move(policy), recording.truth, kComparedEvery, &nees);
+  if (study->film)
+    policy = Filmed(std::move(policy), recording.truth, static_cast<int>(1 + images / kFilmed), &*study->film);
+  const auto watch = [&](const Estimator& estimator, ImageResult& row) {
+    row.seconds -= std::exchange(nees.seconds, 0.0);
+    if (study->film) row.seconds -= std::exchange(study->film->seconds, 0.0);
+    row.late = std::exchange(late, kNoNumber);
+    ++image;
+    if (progress) progress(name, static_cast<double>(image) / static_cast<double>(images));
+    const Window& window = estimator.GetWindow();
+    if (!row.report.state || !window.prior) return;
+    AppendGauge(name, row.t, window, &study->gauge);
+    if (spectra == kSpectra || image + 1 < DueImage(spectra, images)) return;
+    AppendSpectrum(name, row.t, window, &study->spectrum);
+    ++spectra;
+  };
+  OdometryRun run = RunOdometry(recording, options, std::move(policy), watch);
+  if (!pixels.empty()) run.pixels_off = Median(std::move(pixels)) / kMedianOfNormal;
+  run.nees_motion = nees.Mean();
+  run.nees_windows = static_cast<int>(nees.motions.size());
+  study->runs.push_back(std::move(run));
+  AppendConsistency(name, nees, &study->consistency);
+}
+
 }  // namespace
 
 Recording SimulatedOdometryRecording(uint64_t seed) {
-  HandheldOptions path;
-  path.duration = 20.0;
-  path.standstill_seconds = 2.0;
+  HandheldOptions path{20.0, /*standstill_seconds=*/2.0};
   path.seed = seed;
   SimulationOptions options;
   options.imu.seed = seed;
@@ -224,52 +261,19 @@ Recording SimulatedOdometryRecording(uint64_t seed) {
   return SimulateInRoom(path, 1000, options, seed);
 }
 
-// The image of the k-th spectrum: they are spread over the second half, the last one at the end.
-static size_t DueImage(size_t k, size_t images) { return images / 2 + (k + 1) * images / (2 * kSpectra); }
-
-OdometryStudy RunOdometryStudy(Recording recording, const std::function<void(const std::string&, double)>& progress,
-                               const OdometrySettings& settings, bool batch, bool film) {
+OdometryStudy RunOdometryStudy(Recording recording, const StudyProgress& progress, const OdometrySettings& settings,
+                               bool batch, bool film) {
   OdometryStudy study;
   study.recording = std::move(recording);
   study.clock_sigma = settings.clock_sigma;
-  const auto& frames = study.recording.images;
-  const int every = static_cast<int>(1 + frames.size() / kFilmed);
   if (film) study.film.emplace().AppendTruth(study.recording);
   EstimatorOptions options = settings.estimator;
   options.calibration = study.recording.calibration;
   options.report_covariance = options.estimate_extrinsic || options.estimate_time_offset;
-  for (auto&& policy : settings.Policies()) {
-    const std::string name = policy->Name();
-    size_t image = 0, spectra = 0;
-    std::vector<double> pixels;
-    double late = kNoNumber;
-    policy = WithResiduals(std::move(policy), &pixels, &late);
-    MotionNees nees;
-    if (!study.recording.truth.empty())
-      policy = ComparedBeforeSlides(std::move(policy), study.recording.truth, kComparedEvery, &nees);
-    if (film) policy = Filmed(std::move(policy), study.recording.truth, every, &*study.film);
-    const auto watch = [&](const Estimator& estimator, ImageResult& row) {
-      row.seconds -= std::exchange(nees.seconds, 0.0);
-      if (film) row.seconds -= std::exchange(study.film->seconds, 0.0);
-      row.late = std::exchange(late, kNoNumber);
-      ++image;
-      if (progress) progress(name, static_cast<double>(image) / static_cast<double>(frames.size()));
-      const Window& window = estimator.GetWindow();
-      if (!row.report.state || !window.prior) return;
-      AppendGauge(name, row.t, window, &study.gauge);
-      if (spectra == kSpectra || image + 1 < DueImage(spectra, frames.size())) return;
-      AppendSpectrum(name, row.t, window, &study.spectrum);
-      ++spectra;
-    };
-    study.runs.push_back(RunOdometry(study.recording, options, std::move(policy), watch));
-    if (!pixels.empty()) study.runs.back().pixels_off = Median(std::move(pixels)) / kMedianOfNormal;
-    study.runs.back().nees_motion = nees.Mean();
-    study.runs.back().nees_windows = static_cast<int>(nees.motions.size());
-    AppendConsistency(name, nees, &study.consistency);
-  }
+  for (auto&& policy : settings.Policies()) Follow(std::move(policy), options, progress, &study);
   if (!batch) return study;
   if (progress) progress("batch", 0.0);
-  if (auto run = RunBatch(study.recording, options, study.runs.front(), 1)) study.runs.push_back(std::move(*run));
+  if (auto run = RunBatch(study.recording, options, study.runs.front())) study.runs.push_back(std::move(*run));
   return study;
 }
 

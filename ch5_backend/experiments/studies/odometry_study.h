@@ -2,8 +2,6 @@
 /// Both policies on one recording, as tables for the report, and trajectories for other tools.
 
 #include <filesystem>
-#include <functional>
-#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,8 +12,6 @@
 #include "ch5_backend/files/tables/csv.h"
 
 namespace ch5 {
-
-inline constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();  ///< an empty cell, null in JSON
 
 /// What is doubtful in a recording that can be followed all the same.
 struct RecordingWarning {
@@ -44,12 +40,10 @@ struct OdometryStudy {
 /// A hand-held camera in a room, standing still before it moves, with noise and 2 % of outliers.
 Recording SimulatedOdometryRecording(uint64_t seed = 1);
 
-/// @param progress  called with the present policy and the fraction done, 0 … 1
 /// @param settings  which policies, and how
 /// @param batch     also solves the recording at once, from the first run; it is in none of these tables
 /// @param film      of both windows, for which some of their slides are told
-OdometryStudy RunOdometryStudy(Recording recording,
-                               const std::function<void(const std::string&, double)>& progress = nullptr,
+OdometryStudy RunOdometryStudy(Recording recording, const StudyProgress& progress = nullptr,
                                const OdometrySettings& settings = {}, bool batch = false, bool film = false);
 
 /// Into `csv`: odometry_policies.csv, odometry_results.csv, odometry_segments.csv, odometry_path.csv, odometry_lengths.csv, odometry_consistency.csv,

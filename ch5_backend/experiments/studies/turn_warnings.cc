@@ -46,12 +46,74 @@ void TakeBackShutter(double line, Recording* recording) {
   }
 }
 
-// The one cause, beside the lens, by which images and gyroscope agree best, if that is certain. Of recordings that are in
-// order a focal length and a gyroscope are within 0.02 (0.06 with a guessed focal length), the others' values at most 7 of
+double Duration(const Recording& recording) { return recording.imu.back().t - recording.imu.front().t; }
+
+// The one cause, beside the lens, by which images and gyroscope agree best, if that is certain; else null. Of recordings that are
+// in order a focal length and a gyroscope are within 0.02 (0.06 with a guessed focal length), the others' values at most 7 of
 // their σ; 10 % to four times beyond the limits here in recordings with 25 ms of shutter, 4° or 0.02 rad/s, the gain greatest.
+// @param allowed  the drift that is no fault [rad/s²]
+const Cause* CertainCause(const Disagreement& found, double allowed) {
+  constexpr double kLeastFocal = 0.07, kLeastGyroscope = 0.03, kLeastTurn = 0.02, kLeastGain = 1.15, kMost = 1.0;
+  const struct {
+    const Cause& cause;
+    double least, sigmas, gain;
+  } limits[] = {{found.focal, kLeastFocal, 8.0, kLeastGain},
+                {found.gyroscope, kLeastGyroscope, 8.0, kLeastGain},
+                {found.shutter, 0.0, 10.0, 1.0},
+                {found.drift, 3.0 * allowed, 6.0, 1.0},
+                {found.rotation, kLeastTurn, 12.0, 1.0}};
+  const auto gain = [](const auto& limit) { return std::abs(limit.cause.value) < kMost ? limit.cause.gain : 0.0; };
+  const auto best = std::max_element(std::begin(limits), std::end(limits),
+                                     [&](const auto& a, const auto& b) { return gain(a) < gain(b); });
+  const auto [value, sigma, times_better] = best->cause;
+  const double size = std::abs(value);
+  const bool is_doubtful =
+      size < std::max(best->least, best->sigmas * sigma) || size > kMost || times_better < best->gain;
+  return is_doubtful ? nullptr : &best->cause;
+}
+
+RecordingWarning GainWarning(bool is_focal, double value, double error) {
+  const double times = is_focal ? 1.0 / (1.0 + value) : 1.0 + value;
+  return {
+      is_focal ? "turns_focal" : "turns_gyroscope", times, error,
+      Join("the images turn ", times, " ± ", error, " times as far as the gyroscope: ",
+           is_focal
+               ? "is the focal length right? Images and gyroscope agree best with it multiplied by this factor"
+               : "is the gyroscope's scale factor right? Both agree best with its rates multiplied by this factor")};
+}
+
+// What certainly turns the images otherwise than the gyroscope is named, and taken away but for a gain (CorrectTurnGain).
+RecordingWarning TakeAway(const Cause& cause, const Disagreement& found, Recording* recording,
+                          OdometrySettings* settings) {
+  constexpr double kDegrees = 180.0 / M_PI;
+  const double value = cause.value;
+  const double error = std::max(cause.sigma, 0.1 * std::abs(value));  // such are the errors in simulation
+  Calibration& c = recording->calibration;
+  if (&cause == &found.shutter) {
+    const double ms = 1e3 * c.height / c.fy;  // of all rows
+    TakeBackShutter(value, recording);
+    return {"turns_shutter", ms * value, ms * error,
+            Join("the camera sees its rows one after another, the last ", ms * value, " ± ", ms * error,
+                 " ms after the first, as a rolling shutter does: the estimators correct for it")};
+  }
+  if (&cause == &found.drift) {
+    const double seconds = Duration(*recording), allowed = c.noise.gyroscope_walk * std::sqrt(seconds);
+    c.noise.gyroscope_walk = value * std::sqrt(seconds);
+    return {"turns_drift", value * seconds, allowed,
+            Join("the gyroscope's bias drifts by ", std::setprecision(3), value * seconds,
+                 " rad/s; imu.gyroscope_random_walk lets one expect ", allowed, ": the estimators use what was found")};
+  }
+  if (&cause == &found.rotation) {
+    settings->estimator.estimate_extrinsic = true;
+    return {"turns_rotation", kDegrees * value, kDegrees * error,
+            Join("the camera is turned by ", kDegrees * value, " ± ", kDegrees * error,
+                 "° against camera.q_B_C, or its principal point is off; its place on the body is estimated")};
+  }
+  return GainWarning(&cause == &found.focal, value, error);
+}
+
 void CheckTurnGain(const TurnAgreement& turns, const std::optional<Disagreement>& found, Recording* recording,
                    OdometrySettings* settings, RecordingWarnings* warnings) {
-  constexpr double kLeastFocal = 0.07, kLeastGyroscope = 0.03, kLeastTurn = 0.02, kLeastGain = 1.15, kMost = 1.0;
   constexpr double kAlike = 0.8, kOtherUnit = 1.7;  // of correlation, of all turns together
   const double slope = turns.at_delay * std::sqrt(turns.noise);
   if (turns.at_delay > kAlike && std::max(slope, 1.0 / slope) > kOtherUnit) {
@@ -60,55 +122,9 @@ void CheckTurnGain(const TurnAgreement& turns, const std::optional<Disagreement>
     return;
   }
   if (!found) return;
-  Calibration& c = recording->calibration;
-  const double seconds = recording->imu.back().t - recording->imu.front().t;
-  const double allowed = c.noise.gyroscope_walk * std::sqrt(seconds);
-  const struct {
-    const Cause& cause;
-    double least, sigmas, gain;
-  } limits[] = {{found->focal, kLeastFocal, 8.0, kLeastGain},
-                {found->gyroscope, kLeastGyroscope, 8.0, kLeastGain},
-                {found->shutter, 0.0, 10.0, 1.0},
-                {found->drift, 3.0 * allowed / seconds, 6.0, 1.0},
-                {found->rotation, kLeastTurn, 12.0, 1.0}};
-  const auto gain = [](const auto& limit) { return std::abs(limit.cause.value) < kMost ? limit.cause.gain : 0.0; };
-  const auto best = std::max_element(std::begin(limits), std::end(limits),
-                                     [&](const auto& a, const auto& b) { return gain(a) < gain(b); });
-  const auto [value, sigma, times_better] = best->cause;
-  if (std::abs(value) < std::max(best->least, best->sigmas * sigma) || std::abs(value) > kMost ||
-      times_better < best->gain)
-    return;
-  const double error = std::max(sigma, 0.1 * std::abs(value));  // such are the errors in simulation
-  if (&best->cause == &found->focal || &best->cause == &found->gyroscope) {
-    const bool is_focal = &best->cause == &found->focal;
-    const double times = is_focal ? 1.0 / (1.0 + value) : 1.0 + value;
-    warnings->push_back(
-        {is_focal ? "turns_focal" : "turns_gyroscope", times, error,
-         Join(
-             "the images turn ", times, " ± ", error, " times as far as the gyroscope: ",
-             is_focal
-                 ? "is the focal length right? Images and gyroscope agree best with it multiplied by this factor"
-                 : "is the gyroscope's scale factor right? Both agree best with its rates multiplied by this factor")});
-  } else if (&best->cause == &found->shutter) {
-    const double ms = 1e3 * c.height / c.fy;  // of all rows
-    TakeBackShutter(value, recording);
-    warnings->push_back({"turns_shutter", ms * value, ms * error,
-                         Join("the camera sees its rows one after another, the last ", ms * value, " ± ", ms * error,
-                              " ms after the first, as a rolling shutter does: the estimators correct for it")});
-  } else if (&best->cause == &found->drift) {
-    c.noise.gyroscope_walk = value * std::sqrt(seconds);
-    warnings->push_back(
-        {"turns_drift", value * seconds, allowed,
-         Join("the gyroscope's bias drifts by ", std::setprecision(3), value * seconds,
-              " rad/s; imu.gyroscope_random_walk lets one expect ", allowed, ": the estimators use what was found")});
-  } else {
-    constexpr double kDegrees = 180.0 / M_PI;
-    settings->estimator.estimate_extrinsic = true;
-    warnings->push_back(
-        {"turns_rotation", kDegrees * value, kDegrees * error,
-         Join("the camera is turned by ", kDegrees * value, " ± ", kDegrees * error,
-              "° against camera.q_B_C, or its principal point is off; its place on the body is estimated")});
-  }
+  const double allowed = recording->calibration.noise.gyroscope_walk / std::sqrt(Duration(*recording));
+  if (const Cause* cause = CertainCause(*found, allowed))
+    warnings->push_back(TakeAway(*cause, *found, recording, settings));
 }
 
 constexpr double kErrorOfTurns = 0.005;  // half a step of their search [s]

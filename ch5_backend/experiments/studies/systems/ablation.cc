@@ -1,6 +1,5 @@
 // What becomes of what leaves the window.  Huang, Mourikis, Roumeliotis, IJRR 2010
 #include <cmath>
-#include <limits>
 
 #include "ch5_backend/evaluate/nees.h"
 #include "ch5_backend/experiments/studies/consistency_flight.h"
@@ -12,8 +11,6 @@
 
 namespace ch5 {
 namespace {
-
-constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
 
 using Edges = std::vector<std::shared_ptr<Edge>>;
 using Vertices = std::vector<std::shared_ptr<Vertex>>;

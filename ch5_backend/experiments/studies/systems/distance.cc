@@ -30,12 +30,10 @@ CsvTable WindowSizeTable(int trial, const std::filesystem::path& data) {
       real ? ReadRecording(data / "euroc_v1_01_easy") : SimulatedOdometryRecording(static_cast<uint64_t>(trial));
   for (const int keyframes : {1, 2, 3, 5, 8, 12}) {
     for (const int temporal : {2, 3, 5, 8}) {
-      OkvisOptions okvis;
-      okvis.keyframes = keyframes;
-      okvis.temporal_frames = temporal;
-      const OdometryRun run = RunOdometry(recording, EstimatorOptions{recording.calibration}, MakeOkvisPolicy(okvis));
+      const OdometryRun run =
+          RunOdometry(recording, EstimatorOptions{recording.calibration}, MakeOkvisPolicy({keyframes, temporal}));
       table.Row(real ? "euroc_v1_01_easy" : "simulated", trial, keyframes, temporal,
-                run.error ? run.error->position_rmse : std::nan(""), run.restarts, run.milliseconds);
+                run.error ? run.error->position_rmse : kNoNumber, run.restarts, run.milliseconds);
     }
   }
   return table;
