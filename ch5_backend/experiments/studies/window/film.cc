@@ -2,18 +2,14 @@
 
 #include <algorithm>
 #include <chrono>
-#include <limits>
-#include <map>
 #include <set>
 
-#include "ch5_backend/experiments/studies/matrices.h"
 #include "ch5_backend/experiments/studies/window/flight.h"
 #include "ch5_backend/experiments/studies/window/wrapped_policy.h"
 
 namespace ch5 {
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr int kFirstCase = 20;  // by then the window has been full for a while
 
 // A block row of a matrix, and the one of H that has the same vertex.
@@ -43,33 +39,28 @@ std::vector<BlockRow> RowsOfPrior(const Prior& prior, const FirstRows& window) {
 class Slide {
  public:
   Slide(const std::string& policy, const Window& window, const std::vector<StampedState>& recorded)
-      : policy_(policy),
-        frames_(window.frames),
-        landmarks_(window.landmarks),
-        rows_(FirstRowsOf(window.graph)),
-        H_(DenseHessian(window.graph)),
-        placed_(PlacedFrames(window, recorded)) {}
+      : before_(policy, window), placed_(PlacedFrames(window, recorded)) {}
 
-  int Image() const { return frames_.back().id; }
+  int Image() const { return before_.frames.back().id; }
 
   // "keyframe" or "no keyframe", whichever has left; "" if none has.
   std::string Case(const Window& after) const {
-    for (const Frame& frame : frames_) {
+    for (const Frame& frame : before_.frames) {
       if (after.IndexOf(frame.id) < 0) return frame.is_keyframe ? "keyframe" : "no keyframe";
     }
     return "";
   }
 
   void Append(const Window& after, const std::string& name, FilmTables* tables) const {
-    AppendBlocks(H_, RowsOfWindow(rows_), name, "window", &tables->blocks);
+    AppendBlocks(before_.H, RowsOfWindow(before_.rows), name, "window", &tables->blocks);
     const Prior& prior = after.prior->GetPrior();
-    AppendBlocks(prior.J.transpose() * prior.J, RowsOfPrior(prior, rows_), name, "prior", &tables->blocks);
+    AppendBlocks(prior.J.transpose() * prior.J, RowsOfPrior(prior, before_.rows), name, "prior", &tables->blocks);
     AppendVertices(after, name, &tables->vertices);
     for (const PlacedFrame& frame : placed_) {
-      const Vec3 truth = frame.truth.value_or(Vec3::Constant(kNone));
+      const Vec3 truth = frame.truth.value_or(Vec3::Constant(kNoNumber));
       const Mat22& P = frame.claimed;
-      tables->frames.Row(policy_, Image(), frame.t, frame.id, frame.p.x(), frame.p.y(), truth.x(), truth.y(), P(0, 0),
-                         P(0, 1), P(1, 1));
+      tables->frames.Row(before_.policy, Image(), frame.t, frame.id, frame.p.x(), frame.p.y(), truth.x(), truth.y(),
+                         P(0, 0), P(0, 1), P(1, 1));
     }
   }
 
@@ -83,38 +74,25 @@ class Slide {
       for (const BlockRow& j : blocks) {
         const double value = j.first <= i.first ? largest(M, i.first, j.first, i, j) : 0.0;
         if (value == 0.0) continue;
-        table->Row(policy_, Image(), name, stage, M.rows(), i.first, i.count, j.first, j.count, value,
-                   largest(H_, i.in_window, j.in_window, i, j) == 0.0, i.in_window, j.in_window);
+        table->Row(before_.policy, Image(), name, stage, M.rows(), i.first, i.count, j.first, j.count, value,
+                   largest(before_.H, i.in_window, j.in_window, i, j) == 0.0, i.in_window, j.in_window);
       }
     }
   }
 
   void AppendVertices(const Window& after, const std::string& name, CsvTable* table) const {
-    FirstRows calibration = rows_;  // what is no frame's and no landmark
-    const auto append = [&](const char* kind, int number, bool is_keyframe, const Vertex* vertex, bool is_left) {
-      if (calibration.erase(vertex) == 0) return;
-      table->Row(policy_, Image(), name, kind, number, is_keyframe, rows_.at(vertex), vertex->LocalDimension(),
-                 FateOf(*vertex, is_left, after));
+    FirstRows calibration = before_.rows;  // what is no frame's and no landmark
+    const auto append = [&](const char* kind, int id, bool is_keyframe, const Vertex& vertex, const char* fate) {
+      calibration.erase(&vertex);
+      table->Row(before_.policy, Image(), name, kind, id, is_keyframe, before_.rows.at(&vertex),
+                 vertex.LocalDimension(), fate);
     };
-    for (const Frame& frame : frames_) {
-      const int at = after.IndexOf(frame.id);
-      append("pose", frame.id, frame.is_keyframe, frame.pose.get(), at >= 0);
-      if (!frame.speed_bias) continue;
-      append("speed", frame.id, frame.is_keyframe, frame.speed_bias.get(),
-             at >= 0 && after.frames[static_cast<size_t>(at)].speed_bias);
-    }
-    for (const auto& [id, landmark] : landmarks_)
-      append("landmark", id, false, landmark.inverse_depth.get(),
-             !IsMarginalized(policy_, id, landmark, frames_.front().id, after));
+    before_.ForEachVertex(after, append);
     for (const auto& [first, rows, in_window, vertex] : RowsOfWindow(calibration))
-      append("calibration", first, false, vertex, true);
+      append("calibration", first, false, *vertex, FateOf(*vertex, true, after));
   }
 
-  std::string policy_;
-  std::vector<Frame> frames_;
-  std::map<int, WindowLandmark> landmarks_;
-  FirstRows rows_;
-  MatXX H_;
+  WindowBefore before_;
   std::vector<PlacedFrame> placed_;
 };
 
@@ -146,7 +124,7 @@ void FilmTables::AppendTruth(const Recording& recording) {
     const auto truth = StateAt(recording.truth, t);
     if (!truth) continue;
     const Vec3& p = truth->T_W_B.p;
-    frames.Row("truth", image, t, image, p.x(), p.y(), p.x(), p.y(), kNone, kNone, kNone);
+    frames.Row("truth", image, t, image, p.x(), p.y(), p.x(), p.y(), kNoNumber, kNoNumber, kNoNumber);
   }
 }
 

@@ -10,8 +10,7 @@
 namespace ch5 {
 
 Recording Flight(const FlightOptions& flight) {
-  HandheldOptions path;
-  path.duration = 8.0;
+  HandheldOptions path{8.0};
   path.seed = 2;
   SimulationOptions options;
   options.calibration.camera_rate = flight.camera_rate;
@@ -22,12 +21,7 @@ Recording Flight(const FlightOptions& flight) {
 }
 
 std::unique_ptr<WindowPolicy> MakeFlightPolicy(const std::string& name) {
-  if (name == "okvis") {
-    OkvisOptions options;
-    options.keyframes = 3;
-    options.temporal_frames = 4;
-    return MakeOkvisPolicy(options);
-  }
+  if (name == "okvis") return MakeOkvisPolicy({/*keyframes=*/3, /*temporal_frames=*/4});
   VinsOptions options;
   options.window_size = kFlightWindow - 1;
   options.least_tracked = 5;
@@ -83,15 +77,36 @@ bool IsInPrior(const Window& window, const Vertex& vertex) {
   return std::any_of(held.begin(), held.end(), [&](const auto& one) { return one.get() == &vertex; });
 }
 
-bool IsMarginalized(const std::string& policy, int id, const WindowLandmark& landmark, int oldest,
-                    const Window& window) {
-  if (window.landmarks.count(id) == 0) return true;
-  return policy == "vins" && landmark.Host() == oldest && window.IndexOf(oldest) < 0;
-}
-
 const char* FateOf(const Vertex& vertex, bool is_left, const Window& window) {
   if (!is_left) return "marginalized";
   return IsInPrior(window, vertex) ? "in the prior" : "untouched";
+}
+
+WindowBefore::WindowBefore(std::string policy_name, const Window& window)
+    : policy(std::move(policy_name)),
+      frames(window.frames),
+      landmarks(window.landmarks),
+      rows(FirstRowsOf(window.graph)),
+      H(DenseHessian(window.graph)) {}
+
+bool WindowBefore::IsTaken(int id, const WindowLandmark& landmark, const Window& after) const {
+  if (rows.count(landmark.inverse_depth.get()) == 0) return false;
+  const int oldest = frames.front().id;
+  return after.landmarks.count(id) == 0 || (policy == "vins" && landmark.Host() == oldest && after.IndexOf(oldest) < 0);
+}
+
+void WindowBefore::ForEachVertex(const Window& after, const TellVertex& tell) const {
+  const auto of = [&](const char* kind, int id, bool is_keyframe, const Vertex* vertex, bool is_left) {
+    if (rows.count(vertex) > 0) tell(kind, id, is_keyframe, *vertex, FateOf(*vertex, is_left, after));
+  };
+  for (const Frame& frame : frames) {
+    const int at = after.IndexOf(frame.id);
+    of("pose", frame.id, frame.is_keyframe, frame.pose.get(), at >= 0);
+    of("speed", frame.id, frame.is_keyframe, frame.speed_bias.get(),
+       at >= 0 && after.frames[static_cast<size_t>(at)].speed_bias);
+  }
+  for (const auto& [id, landmark] : landmarks)
+    of("landmark", id, false, landmark.inverse_depth.get(), !IsTaken(id, landmark, after));
 }
 
 }  // namespace ch5

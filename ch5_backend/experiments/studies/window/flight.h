@@ -1,6 +1,11 @@
 #pragma once
 /// A simulated flight with few tracks, so that a picture can show each of them, through the windows of both policies.
 
+#include <map>
+#include <string>
+#include <vector>
+
+#include "ch5_backend/experiments/studies/matrices.h"
 #include "ch5_backend/experiments/studies/odometry.h"
 
 namespace ch5 {
@@ -42,14 +47,27 @@ std::vector<PlacedFrame> PlacedFrames(const Window& window, const std::vector<St
 /// Whether the window's prior has columns for the vertex.
 bool IsInPrior(const Window& window, const Vertex& vertex);
 
-/// Whether the slide that has led to this window has taken the landmark's depth into the prior: VINS-Mono's those whose host
-/// was the oldest frame and has left, though what else sees them may be used again; OKVIS's those that it erases.
-/// @param oldest  frame before the slide
-bool IsMarginalized(const std::string& policy, int id, const WindowLandmark& landmark, int oldest,
-                    const Window& window);
-
 /// What the slide that has led to this window has made of a vertex: "marginalized", "in the prior" or "untouched".
 /// @param is_left  whether the window still has it
 const char* FateOf(const Vertex& vertex, bool is_left, const Window& window);
+
+/// What remains known of a window after it has slid.
+struct WindowBefore {
+  WindowBefore(std::string policy_name, const Window& window);
+
+  /// Whether the slide has taken the landmark's depth into the prior: VINS-Mono's those whose host was the oldest frame and has
+  /// left, though what else sees them may be used again; OKVIS's those that it erases.
+  bool IsTaken(int id, const WindowLandmark& landmark, const Window& after) const;
+  /// The vertices of frames and landmarks that had rows in H: "pose", "speed" or "landmark", by the frame's or landmark's id.
+  using TellVertex =
+      std::function<void(const char* kind, int id, bool is_keyframe, const Vertex& vertex, const char* fate)>;
+  void ForEachVertex(const Window& after, const TellVertex& tell) const;
+
+  std::string policy;
+  std::vector<Frame> frames;
+  std::map<int, WindowLandmark> landmarks;
+  FirstRows rows;
+  MatXX H;
+};
 
 }  // namespace ch5

@@ -1,9 +1,7 @@
 #include <algorithm>
-#include <map>
 
 #include "ch5_backend/consistency/gauge_audit.h"
 #include "ch5_backend/experiments/studies/chapter_studies.h"
-#include "ch5_backend/experiments/studies/matrices.h"
 #include "ch5_backend/experiments/studies/window/film.h"
 #include "ch5_backend/experiments/studies/window/flight.h"
 #include "ch5_backend/files/tables/text_writer.h"
@@ -29,41 +27,15 @@ void AppendPrior(const std::string& policy, const std::string& stage, const Prio
   AppendNonZeros(H, &tables->matrices, policy, stage, H.rows(), H.rows());
 }
 
-// A window's frames and landmarks and their places in H: what remains known after it has slid.
-struct WindowBeforeSlide {
-  std::vector<Frame> frames;
-  std::map<int, WindowLandmark> landmarks;
-  FirstRows row;
-
-  bool Has(const WindowLandmark& landmark) const { return row.count(landmark.inverse_depth.get()) > 0; }
-};
-
-// The states of the frames, and whether the slide has left them alone, made them part of the prior, or marginalized them.
-void AppendStates(const std::string& policy, const WindowBeforeSlide& before, const Window& after, Tables* tables) {
-  const auto append = [&](const char* name, int frame, const std::shared_ptr<Vertex>& vertex, bool is_left) {
-    tables->vertices.Row(policy, name, frame, before.row.at(vertex.get()), vertex->LocalDimension(),
-                         FateOf(*vertex, is_left, after));
-  };
-  for (const Frame& frame : before.frames) {
-    const int at = after.IndexOf(frame.id);
-    append("pose", frame.id, frame.pose, at >= 0);
-    append("speed", frame.id, frame.speed_bias, at >= 0 && after.frames[static_cast<size_t>(at)].speed_bias);
-  }
-}
-
-// Each landmark, whether it has been marginalized, and what has become of each of its observations.
-void AppendLandmarks(const std::string& policy, const WindowBeforeSlide& before, const Window& after, Tables* tables) {
+// What has become of each observation.
+void AppendObservations(const WindowBefore& before, const Window& after, CsvTable* table) {
   for (const auto& [id, landmark] : before.landmarks) {
-    const bool is_taken = before.Has(landmark) && IsMarginalized(policy, id, landmark, before.frames.front().id, after);
-    if (before.Has(landmark)) {
-      tables->vertices.Row(policy, "landmark", id, before.row.at(landmark.inverse_depth.get()), 1,
-                           is_taken ? "marginalized" : "untouched");
-    }
+    const bool is_taken = before.IsTaken(id, landmark, after);
     for (const WindowObservation& seen : landmark.seen) {
       const auto left = after.landmarks.find(id);
       const bool is_left = left != after.landmarks.end() && left->second.In(seen.frame) != nullptr;
       const char* fate = is_taken ? (is_left ? "again" : "prior") : (is_left ? "stays" : "lost");
-      tables->observations.Row(policy, id, seen.frame, seen.frame == landmark.Host(), fate);
+      table->Row(before.policy, id, seen.frame, seen.frame == landmark.Host(), fate);
     }
   }
 }
@@ -83,14 +55,15 @@ class SlideOnce : public WindowPolicy {
     policy_->NoteNewFrame(window);
     BuildGraph(
         {}, [&](const Window& w, const WindowLandmark& l) { return policy_->Uses(w, l); }, window);
-    const WindowBeforeSlide before{window->frames, window->landmarks, FirstRowsOf(window->graph)};
-    const MatXX H = DenseHessian(window->graph);
+    const WindowBefore before(Name(), *window);
     const int pose_rows = MakeOrdering(window->graph).dim_poses;
-    AppendNonZeros(H, &tables_.matrices, Name(), "window", H.rows(), pose_rows);
+    AppendNonZeros(before.H, &tables_.matrices, Name(), "window", before.H.rows(), pose_rows);
     AppendPrior(Name(), "before", window->prior->GetPrior(), &tables_);
     policy_->Slide(window);
-    AppendStates(Name(), before, *window, &tables_);
-    AppendLandmarks(Name(), before, *window, &tables_);
+    before.ForEachVertex(*window, [&](const char* kind, int id, bool, const Vertex& vertex, const char* fate) {
+      tables_.vertices.Row(Name(), kind, id, before.rows.at(&vertex), vertex.LocalDimension(), fate);
+    });
+    AppendObservations(before, *window, &tables_.observations);
     AppendPrior(Name(), "after", window->prior->GetPrior(), &tables_);
   }
 
@@ -117,10 +90,8 @@ void AppendFrames(const Recording& recording, const std::string& name, Tables* t
 }  // namespace
 
 void RunSlideStudy(const std::filesystem::path& csv) {
-  FlightOptions every_keyframe, some_keyframes;
-  some_keyframes.camera_rate = 15.0;
-  const Recording wide = Flight(every_keyframe);
-  Recording dense = Flight(some_keyframes);
+  const Recording wide = Flight({});
+  Recording dense = Flight({/*camera_rate=*/15.0});
   dense.images.resize(kFilmed);
   Tables tables;
   FilmTables film;
