@@ -59,27 +59,26 @@ Misfit MisfitOf(Edge* edge) {
   return {edge->Chi2(), std::max(off / std::max(distance, 1e-9), turn)};
 }
 
-// An edge like this one, with another measurement.
-std::unique_ptr<Edge> WithMeasurement(const Edge& edge, const Transform& T_z) {
-  const auto& ends = edge.Vertices();
-  std::unique_ptr<Edge> other;
-  if (edge.ResidualDimension() == 3) {
-    other = std::make_unique<EdgeSE2Between>(std::static_pointer_cast<VertexSE2>(ends[0]),
-                                             std::static_pointer_cast<VertexSE2>(ends[1]), T_z.p.head<2>(),
-                                             2.0 * std::atan2(T_z.q.z(), T_z.q.w()));
-  } else {
-    other = std::make_unique<EdgeSE3Between>(std::static_pointer_cast<VertexPose>(ends[0]),
-                                             std::static_pointer_cast<VertexPose>(ends[1]), T_z.q, T_z.p);
+// Which meanings of its measurement would fit an edge that does not.
+using Fits = std::array<bool, kMeanings.size()>;
+constexpr double kNearby = 0.25;
+Fits FitsOf(const Edge& edge, const Misfit& as_is) {
+  constexpr double kGain = 20.0;
+  Fits fits;
+  for (size_t k = 0; k < kMeanings.size(); ++k) {
+    const Transform T_z = kMeanings[k].read(*MeasurementOf(edge));
+    const auto other_edge = MakeBetween(edge.Vertices()[0], edge.Vertices()[1], T_z, edge.Information());
+    const Misfit other = MisfitOf(other_edge.get());
+    fits[k] = other.share < std::min(kNearby, 0.25 * as_is.share) && other.chi2 * kGain < as_is.chi2;
   }
-  other->SetInformation(edge.Information());
-  return other;
+  return fits;
 }
 
 }  // namespace
 
 std::string DoubtsOfMeasurements(const G2oFile& file) {
-  constexpr double kGain = 20.0, kNear = 0.25, kFar = 30.0;  // kFar: times its dimension, no edge that fits
-  std::vector<std::pair<int, std::array<bool, kMeanings.size()>>> misfits;  // their lines, and which meanings would fit
+  constexpr double kFar = 30.0;               // times its dimension, no edge that fits
+  std::vector<std::pair<int, Fits>> misfits;  // by their lines
   std::map<int, Edge*> edges;
   for (const auto& edge : file.graph.Edges()) {
     if (dynamic_cast<const EdgeSE3Between*>(edge.get()) || dynamic_cast<const EdgeSE2Between*>(edge.get()))
@@ -89,15 +88,11 @@ std::string DoubtsOfMeasurements(const G2oFile& file) {
   for (const G2oFile::Line& line : file.lines) {
     const auto found = line.kind == G2oFile::Kind::kEdge ? edges.find(line.index) : edges.end();
     if (found == edges.end()) continue;
-    Edge* edge = found->second;
     ++all;
-    const Misfit as_is = MisfitOf(edge);
-    if (as_is.chi2 < kFar * edge->ResidualDimension() || as_is.share < kNear) continue;
-    misfits.push_back({line.number, {}});
-    for (size_t k = 0; k < kMeanings.size(); ++k) {
-      const Misfit other = MisfitOf(WithMeasurement(*edge, kMeanings[k].read(*MeasurementOf(*edge))).get());
-      misfits.back().second[k] = other.share < std::min(kNear, 0.25 * as_is.share) && other.chi2 * kGain < as_is.chi2;
-    }
+    const Edge& edge = *found->second;
+    const Misfit as_is = MisfitOf(found->second);
+    if (as_is.chi2 >= kFar * edge.ResidualDimension() && as_is.share >= kNearby)
+      misfits.push_back({line.number, FitsOf(edge, as_is)});
   }
   // On a straight way the inverse and the opposite sign are alike: what explains most edges goes first, then what explains most
   // of the others.

@@ -42,4 +42,18 @@ std::optional<Transform> MeasurementOf(const Edge& edge) {
   return std::nullopt;
 }
 
+std::shared_ptr<Edge> MakeBetween(const std::shared_ptr<Vertex>& i, const std::shared_ptr<Vertex>& j,
+                                  const Transform& T_i_j, const MatXX& W) {
+  std::shared_ptr<Edge> edge;
+  if (const auto flat = std::dynamic_pointer_cast<VertexSE2>(i)) {
+    edge = std::make_shared<EdgeSE2Between>(flat, std::dynamic_pointer_cast<VertexSE2>(j), T_i_j.p.head<2>(),
+                                            2.0 * std::atan2(T_i_j.q.z(), T_i_j.q.w()));
+  } else {
+    edge = std::make_shared<EdgeSE3Between>(std::dynamic_pointer_cast<VertexPose>(i),
+                                            std::dynamic_pointer_cast<VertexPose>(j), T_i_j.q, T_i_j.p);
+  }
+  edge->SetInformation(W);
+  return edge;
+}
+
 }  // namespace ch5

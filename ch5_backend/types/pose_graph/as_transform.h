@@ -18,4 +18,9 @@ void MoveTo(const Transform& T_W_i, Vertex* vertex);
 /// The measured T_i_j of an EdgeSE3Between, EdgeSE2Between or EdgeOffset; nullopt for another type.
 std::optional<Transform> MeasurementOf(const Edge& edge);
 
+/// An EdgeSE3Between, or in the plane an EdgeSE2Between, of this measurement.
+/// @param i, j  both VertexPose, or both VertexSE2
+std::shared_ptr<Edge> MakeBetween(const std::shared_ptr<Vertex>& i, const std::shared_ptr<Vertex>& j,
+                                  const Transform& T_i_j, const MatXX& W);
+
 }  // namespace ch5

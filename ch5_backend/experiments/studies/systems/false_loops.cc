@@ -7,7 +7,6 @@
 
 #include "ch5_backend/experiments/studies/pose_graph_study.h"
 #include "ch5_backend/experiments/studies/systems/system_studies.h"
-#include "ch5_backend/math/transform.h"
 #include "ch5_backend/simulate/random.h"
 #include "ch5_backend/types/pose_graph/as_transform.h"
 
@@ -15,20 +14,6 @@ namespace ch5 {
 namespace {
 
 constexpr const char* kWithLoops[] = {"intel", "parking-garage", "sphere2500", "simulated Manhattan"};
-
-std::shared_ptr<Edge> MakeBetween(const std::shared_ptr<Vertex>& i, const std::shared_ptr<Vertex>& j,
-                                  const Transform& T_i_j, const MatXX& W) {
-  std::shared_ptr<Edge> edge;
-  if (const auto flat = std::dynamic_pointer_cast<VertexSE2>(i)) {
-    edge = std::make_shared<EdgeSE2Between>(flat, std::dynamic_pointer_cast<VertexSE2>(j), T_i_j.p.head<2>(),
-                                            2.0 * std::atan2(T_i_j.q.z(), T_i_j.q.w()));
-  } else {
-    edge = std::make_shared<EdgeSE3Between>(std::dynamic_pointer_cast<VertexPose>(i),
-                                            std::dynamic_pointer_cast<VertexPose>(j), T_i_j.q, T_i_j.p);
-  }
-  edge->SetInformation(W);
-  return edge;
-}
 
 // A walk of 3,500 steps along streets 1 m apart, as in M3500: measured from step to step, and at half of the steps to an
 // earlier one that was near. The poses are the truth.

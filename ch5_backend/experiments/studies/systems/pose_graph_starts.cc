@@ -4,9 +4,8 @@
 
 #include "ch5_backend/experiments/studies/pose_graph_study.h"
 #include "ch5_backend/experiments/studies/systems/system_studies.h"
-#include "ch5_backend/math/transform.h"
 #include "ch5_backend/simulate/random.h"
-#include "ch5_backend/types/pose_graph/edge_between.h"
+#include "ch5_backend/types/pose_graph/as_transform.h"
 
 namespace ch5 {
 namespace {
@@ -38,9 +37,7 @@ G2oFile SimulateSphere() {
       const Transform T_i_j = Inverse({poses[i]->q(), poses[i]->p()}) * Transform{poses[j]->q(), poses[j]->p()};
       const Vec3 position = T_i_j.p + NormalVector(&random, kSigmaPosition);
       const Qd rotation = T_i_j.q * ExpSO3(NormalVector(&random, kSigmaRotation));
-      const auto edge = std::make_shared<EdgeSE3Between>(poses[i], poses[j], rotation, position);
-      edge->SetInformation(weights.asDiagonal().toDenseMatrix());
-      file.graph.AddEdge(edge);
+      file.graph.AddEdge(MakeBetween(poses[i], poses[j], {rotation, position}, weights.asDiagonal().toDenseMatrix()));
     }
   }
   return file;
