@@ -5,7 +5,6 @@
 #include <Eigen/Eigenvalues>
 
 #include "ch5_backend/experiments/studies/gauge/gauge_solve.h"
-#include "ch5_backend/math/psd.h"
 #include "ch5_backend/sparse/joint_covariance.h"
 #include "ch5_backend/sparse/sparse_solver.h"
 #include "tests/derivatives.h"
@@ -20,59 +19,8 @@ VisualInertialScene SceneOf(int keyframes, int points) {
   return SimulateVisualInertial(options);
 }
 
-// The gauge paper's problem, solved to the end with the gauge held, or free.
-struct Solved {
-  explicit Solved(bool hold_gauge, int keyframes = 5, int points = 20) {
-    problem = BuildVisualInertial(SceneOf(keyframes, points));
-    held = HoldBiases(problem);
-    if (hold_gauge) held.push_back(HoldGauge(problem.first));
-    SparseOptimizer optimizer(&problem.graph);
-    optimizer.SetDamping(Damping::kDiagonal);
-    optimizer.Hold(held);
-    SolveOptions tight;
-    tight.max_iterations = 100;
-    tight.cost_tolerance = tight.gradient_tolerance = 1e-15;
-    summary = optimizer.Solve(tight);
-    for (const auto& pose : problem.poses) vertices.push_back(pose);
-    for (const auto& speed_bias : problem.speed_biases) vertices.push_back(speed_bias);
-    for (const auto& point : problem.points) vertices.push_back(point);
-  }
-
-  // Σ with rows in the order of `vertices`: H⁻¹ without the held directions.
-  MatXX DenseCovariance() {
-    SparseSolver solver(&problem.graph);
-    solver.Hold(held);
-    solver.SetOrdering();
-    solver.MakeHessian();
-    const MatXX H = solver.DenseHessian();
-    // Held directions stand in H as a multiple of the identity: they go out on both sides.
-    MatXX keep = MatXX::Identity(H.rows(), H.cols());
-    for (const auto& [pose, projection] : solver.HeldPoses()) {
-      const int row = solver.GetStructure().pose_offset[pose];
-      keep.block(row, row, projection.rows(), projection.cols()) = projection;
-    }
-    return Reordered(keep * PseudoInversePsd(H, /*nullity=*/0) * keep);
-  }
-
-  MatXX Reordered(const MatXX& A) const {
-    const int n = TotalLocalDimension(vertices);
-    MatXX P = MatXX::Zero(n, n);
-    int row = 0;
-    for (const auto& vertex : vertices) {
-      P.block(row, vertex->OrderingId(), vertex->LocalDimension(), vertex->LocalDimension()).setIdentity();
-      row += vertex->LocalDimension();
-    }
-    return P * A * P.transpose();
-  }
-
-  VisualInertialBa problem;
-  std::vector<HeldDirections> held;
-  Summary summary;
-  Vertices vertices;
-};
-
 TEST(GaugeHandling, FixationKeepsPositionAndYawOfTheFirstPoseWhileTheRestOfItMoves) {
-  Solved fixed(true);
+  const GaugeSolution fixed = SolveForCovariance(SceneOf(5, 20), GaugeHandling::kFixation);
   ASSERT_TRUE(IsConverged(fixed.summary.termination)) << fixed.summary.message;
   const VertexReferencePose& first = *fixed.problem.first;
   EXPECT_EQ((first.p() - first.InitialPosition()).norm(), 0.0);
@@ -84,7 +32,7 @@ TEST(GaugeHandling, FixationKeepsPositionAndYawOfTheFirstPoseWhileTheRestOfItMov
 
 // Four constraints for four freedoms cost nothing, and the pseudo-inverse's Gauss-Newton needs no damping.
 TEST(GaugeHandling, AllWaysFindTheSameCost) {
-  const double cost = Solved(true).summary.final_cost;
+  const double cost = SolveForCovariance(SceneOf(5, 20), GaugeHandling::kFixation).summary.final_cost;
   GaugeSettings tight;
   tight.solve.cost_tolerance = 1e-15;
   for (const GaugeMethod& method : {GaugeMethod{GaugeHandling::kFree}, GaugeMethod{GaugeHandling::kPrior, 1e5},
@@ -96,25 +44,26 @@ TEST(GaugeHandling, AllWaysFindTheSameCost) {
 }
 
 TEST(GaugeHandling, TheFreeHessianHasExactlyFourZeroEigenvalues) {
-  Solved free(false, 10, 60);
+  GaugeSolution free = SolveForCovariance(SceneOf(10, 60), GaugeHandling::kFree);
   SparseSolver solver(&free.problem.graph);
   solver.Hold(free.held);
   solver.SetOrdering();
   solver.MakeHessian();
-  const VecX eigenvalues =
-      Eigen::SelfAdjointEigenSolver<MatXX>(solver.DenseHessian(), Eigen::EigenvaluesOnly).eigenvalues();
+  const MatXX H = solver.DenseHessian();
+  const VecX eigenvalues = Eigen::SelfAdjointEigenSolver<MatXX>(H, Eigen::EigenvaluesOnly).eigenvalues();
   const double largest = eigenvalues.maxCoeff();
   EXPECT_LT(eigenvalues[3], 1e-12 * largest);
   EXPECT_GT(eigenvalues[4], 1e4 * std::abs(eigenvalues[3])) << "a clear gap";
   const MatXX U = GaugeNullSpace(free.vertices, GaugeGroup::kVisualInertial);
-  EXPECT_LT((free.Reordered(solver.DenseHessian()) * U).norm(), 1e-11 * largest * U.norm());
+  const std::vector<int> rows = RowsInHessian(free.vertices);
+  EXPECT_LT((MatXX(H(rows, rows)) * U).norm(), 1e-11 * largest * U.norm());
 }
 
 TEST(GaugeHandling, SparseMarginalsAreThoseOfTheDenseCovariance) {
-  Solved fixed(true);
+  GaugeSolution fixed = SolveForCovariance(SceneOf(5, 20), GaugeHandling::kFixation);
   Covariance covariance(&fixed.problem.graph, {}, CovarianceFactor::kSparse, 1, fixed.held);
-  const MatXX dense = fixed.DenseCovariance();
-  EXPECT_LT((JointCovariance(fixed.vertices, &covariance) - dense).norm(), 1e-8 * dense.norm());
+  const MatXX difference = JointCovariance(fixed.vertices, &covariance) - fixed.covariance;
+  EXPECT_LT(difference.norm(), 1e-8 * fixed.covariance.norm());
 }
 
 TEST(GaugeHandling, PriorsJacobianIsTheDerivative) {

@@ -1,61 +1,13 @@
 // Covariances in a free and in a fixed gauge, and from one into the other.  Zhang (2018), §VI
 #include "ch5_backend/experiments/studies/gauge/gauge_solve.h"
 #include "ch5_backend/experiments/studies/gauge/gauge_studies.h"
-#include "ch5_backend/math/psd.h"
-#include "ch5_backend/sparse/sparse_solver.h"
 
 namespace ch5 {
 namespace {
 
-// One solution, and Σ of all its unknowns; rows by keyframe p, δθ, v, and then the points.
-struct Solution {
-  VisualInertialBa problem;
-  Vertices vertices;
-  MatXX covariance;
-};
-
-// H⁺, rows in the order of the vertices; the held biases are taken out.
-MatXX CovarianceOf(const std::vector<HeldDirections>& held, int nullity, Solution* solution) {
-  SparseSolver solver(&solution->problem.graph);
-  solver.Hold(held);
-  solver.SetOrdering();
-  solver.MakeHessian();
-  MatXX covariance = PseudoInversePsd(solver.DenseHessian(), nullity);
-  for (const auto& [pose, projection] : solver.HeldPoses()) {
-    const int row = solver.GetStructure().pose_offset[pose], dim = static_cast<int>(projection.rows());
-    covariance.middleRows(row, dim) = (projection * covariance.middleRows(row, dim)).eval();
-    covariance.middleCols(row, dim) = (covariance.middleCols(row, dim) * projection).eval();
-  }
-  std::vector<int> rows;
-  for (const auto& vertex : solution->vertices) {
-    for (int k = 0; k < vertex->LocalDimension(); ++k) rows.push_back(vertex->OrderingId() + k);
-  }
-  return covariance(rows, rows);
-}
-
-Solution SolveFor(const VisualInertialScene& scene, GaugeHandling handling) {
-  Solution solution;
-  solution.problem = BuildVisualInertial(scene);
-  SparseOptimizer optimizer(&solution.problem.graph);
-  HandleGauge(scene, {handling}, &solution.problem, &optimizer);
-  GaugeSettings settings;
-  settings.solve.cost_tolerance = 1e-15;
-  optimizer.SetDamping(settings.damping);
-  optimizer.Solve(settings.solve);
-  for (size_t i = 0; i < solution.problem.poses.size(); ++i) {
-    solution.vertices.push_back(solution.problem.poses[i]);
-    solution.vertices.push_back(solution.problem.speed_biases[i]);
-  }
-  for (const auto& point : solution.problem.points) solution.vertices.push_back(point);
-  std::vector<HeldDirections> held = HoldBiases(solution.problem);
-  if (handling == GaugeHandling::kFixation) held.push_back(HoldGauge(solution.problem.first));
-  solution.covariance = CovarianceOf(held, handling == GaugeHandling::kFree ? 4 : 0, &solution);
-  return solution;
-}
-
 // Σ of `from` in the gauge of `to`.
-MatXX Transformed(const Solution& from, const Solution& to, bool to_fixed) {
-  const auto projection = [to_fixed](const Solution& at) {
+MatXX Transformed(const GaugeSolution& from, const GaugeSolution& to, bool to_fixed) {
+  const auto projection = [to_fixed](const GaugeSolution& at) {
     const MatXX U = GaugeNullSpace(at.vertices, GaugeGroup::kVisualInertial);
     return GaugeProjection(U, to_fixed ? HeldColumns(at.vertices, HoldGauge(at.problem.first)) : U);
   };
@@ -66,8 +18,8 @@ MatXX Transformed(const Solution& from, const Solution& to, bool to_fixed) {
 
 struct FourCovariances {
   explicit FourCovariances(const VisualInertialScene& scene)
-      : fixed(SolveFor(scene, GaugeHandling::kFixation)),
-        free(SolveFor(scene, GaugeHandling::kFree)),
+      : fixed(SolveForCovariance(scene, GaugeHandling::kFixation)),
+        free(SolveForCovariance(scene, GaugeHandling::kFree)),
         free_to_fixed(Transformed(free, fixed, true)),
         fixed_to_free(Transformed(fixed, free, false)) {}
 
@@ -78,7 +30,7 @@ struct FourCovariances {
             {"fixed to free", &fixed_to_free}};
   }
 
-  Solution fixed, free;
+  GaugeSolution fixed, free;
   MatXX free_to_fixed, fixed_to_free;
 };
 

@@ -4,6 +4,8 @@
 #include <ctime>
 #include <stdexcept>
 
+#include "ch5_backend/math/psd.h"
+#include "ch5_backend/sparse/sparse_solver.h"
 #include "ch5_backend/types/edge_se3_prior.h"
 
 namespace ch5 {
@@ -65,6 +67,46 @@ void HandleGauge(const VisualInertialScene& scene, const GaugeMethod& method, Vi
     optimizer->SetReducedSolver(MakePseudoInverse(NumGaugeDirections(GaugeGroup::kVisualInertial)));
   }
   optimizer->Hold(std::move(held));
+}
+
+std::vector<int> RowsInHessian(const Vertices& vertices) {
+  std::vector<int> rows;
+  for (const auto& vertex : vertices) {
+    for (int k = 0; k < vertex->LocalDimension(); ++k) rows.push_back(vertex->OrderingId() + k);
+  }
+  return rows;
+}
+
+GaugeSolution SolveForCovariance(const VisualInertialScene& scene, GaugeHandling handling) {
+  GaugeSolution solution;
+  solution.problem = BuildVisualInertial(scene);
+  SparseOptimizer optimizer(&solution.problem.graph);
+  HandleGauge(scene, {handling}, &solution.problem, &optimizer);
+  GaugeSettings settings;
+  settings.solve.cost_tolerance = 1e-15;
+  optimizer.SetDamping(settings.damping);
+  solution.summary = optimizer.Solve(settings.solve);
+  for (size_t i = 0; i < solution.problem.poses.size(); ++i) {
+    solution.vertices.push_back(solution.problem.poses[i]);
+    solution.vertices.push_back(solution.problem.speed_biases[i]);
+  }
+  for (const auto& point : solution.problem.points) solution.vertices.push_back(point);
+  solution.held = HoldBiases(solution.problem);
+  if (handling == GaugeHandling::kFixation) solution.held.push_back(HoldGauge(solution.problem.first));
+
+  SparseSolver solver(&solution.problem.graph);
+  solver.Hold(solution.held);
+  solver.SetOrdering();
+  solver.MakeHessian();
+  MatXX covariance = PseudoInversePsd(solver.DenseHessian(), handling == GaugeHandling::kFree ? 4 : 0);
+  for (const auto& [pose, projection] : solver.HeldPoses()) {
+    const int row = solver.GetStructure().pose_offset[pose], dim = static_cast<int>(projection.rows());
+    covariance.middleRows(row, dim) = (projection * covariance.middleRows(row, dim)).eval();
+    covariance.middleCols(row, dim) = (covariance.middleCols(row, dim) * projection).eval();
+  }
+  const std::vector<int> rows = RowsInHessian(solution.vertices);
+  solution.covariance = covariance(rows, rows);
+  return solution;
 }
 
 GaugeRun SolveGauge(const VisualInertialScene& scene, const GaugeMethod& method, const GaugeSettings& settings) {

@@ -52,6 +52,20 @@ std::vector<HeldDirections> HoldBiases(const VisualInertialBa& problem);
 void HandleGauge(const VisualInertialScene& scene, const GaugeMethod& method, VisualInertialBa* problem,
                  SparseOptimizer* optimizer);
 
+/// The problem solved to the end, and Σ = H⁺ of all its unknowns, zero along what is held.
+struct GaugeSolution {
+  VisualInertialBa problem;
+  std::vector<HeldDirections> held;
+  Vertices vertices;  ///< in the order of Σ's rows: pose and speed of each keyframe, then the points
+  Summary summary;
+  MatXX covariance;
+};
+/// @param handling  kFixation or kFree
+GaugeSolution SolveForCovariance(const VisualInertialScene& scene, GaugeHandling handling);
+
+/// Where their rows are in H.
+std::vector<int> RowsInHessian(const Vertices& vertices);
+
 /// Builds the scene and solves it.
 GaugeRun SolveGauge(const VisualInertialScene& scene, const GaugeMethod& method, const GaugeSettings& settings = {});
 
