@@ -7,6 +7,7 @@
 
 #include "ch5_backend/files/tables/text_writer.h"
 #include "ch5_backend/files/text_reader.h"
+#include "ch5_backend/math/lists.h"
 #include "ch5_backend/types/bal/edge_bal.h"
 
 namespace ch5 {
@@ -23,24 +24,20 @@ void RequireRoomFor(int cameras, int points, int observations, const TextReader&
   }
 }
 
-// Of a point that a camera sees twice, the first observation stays. Observations are put in order of points by counting,
-// and each camera remembers its last observation in that order: linear time.
+// Of a point that a camera sees twice, the first observation stays. In the order of points each
+// camera remembers its last observation: linear time.
 void LeaveOutRepetitions(const std::vector<int>& lines, const std::string& path, std::vector<LeftOut>* left_out,
                          BalProblem* problem) {
   std::vector<BalObservation>& observations = problem->observations;
-  std::vector<size_t> next(problem->points.size() + 1, 0);  // place of the point's next observation
-  for (const auto& observation : observations) ++next[static_cast<size_t>(observation.point) + 1];
-  for (size_t i = 1; i < next.size(); ++i) next[i] += next[i - 1];
-  std::vector<size_t> order(observations.size());
-  for (size_t i = 0; i < order.size(); ++i) order[next[static_cast<size_t>(observations[i].point)]++] = i;
-
+  const Lists by_point = ListByKey(static_cast<int>(observations.size()), static_cast<int>(problem->points.size()),
+                                   [&](int i) { return observations[static_cast<size_t>(i)].point; });
   constexpr size_t kNone = std::numeric_limits<size_t>::max();
   std::vector<size_t> last(problem->cameras.size(), kNone);
   std::vector<bool> is_repeated(observations.size(), false);
-  auto next_in_order = order.begin();
+  auto next_in_order = by_point.items.begin();
   ReadEach(path, left_out, [&] {
-    if (next_in_order == order.end()) return false;
-    const size_t i = *next_in_order++;
+    if (next_in_order == by_point.items.end()) return false;
+    const auto i = static_cast<size_t>(*next_in_order++);
     const auto [camera, point, pixel] = observations[i];
     size_t& previous = last[static_cast<size_t>(camera)];
     is_repeated[i] = previous != kNone && observations[previous].point == point;
@@ -56,6 +53,12 @@ void LeaveOutRepetitions(const std::vector<int>& lines, const std::string& path,
 }
 
 Qd Rotation(const Vec9& camera) { return ExpSO3(camera.head<3>()); }
+
+std::vector<Vec3> Centers(const BalProblem& problem) {
+  std::vector<Vec3> centers;
+  for (const Vec9& camera : problem.cameras) centers.push_back(CameraCenter(camera));
+  return centers;
+}
 
 void RequireIndices(const BalProblem& problem) {
   for (size_t i = 0; i < problem.observations.size(); ++i) {
@@ -89,8 +92,7 @@ void MoveWorld(const Vec3& shift, BalProblem* problem) {
 // It begins on its pixel's ray, as far away as the camera's other points are on average.
 void MovePointsOutOfCameras(BalProblem* problem) {
   constexpr double kCenter = 1e-6;  // of that distance
-  std::vector<Vec3> centers;
-  for (const Vec9& camera : problem->cameras) centers.push_back(CameraCenter(camera));
+  const std::vector<Vec3> centers = Centers(*problem);
   std::vector<double> distance(centers.size(), 0.0), count(centers.size(), 0.0);
   for (const auto& [camera, point, pixel] : problem->observations) {
     distance[camera] += (problem->points[point] - centers[camera]).norm();
@@ -109,8 +111,8 @@ void MovePointsOutOfCameras(BalProblem* problem) {
 }  // namespace
 
 std::vector<Vec3> FarthestCenters(const BalProblem& problem) {
-  std::vector<Vec3> centers, farthest = problem.points;
-  for (const Vec9& camera : problem.cameras) centers.push_back(CameraCenter(camera));
+  const std::vector<Vec3> centers = Centers(problem);
+  std::vector<Vec3> farthest = problem.points;
   for (const auto& [camera, point, pixel] : problem.observations) {
     const Vec3& p_W = problem.points[point];
     if ((centers[camera] - p_W).squaredNorm() > (farthest[point] - p_W).squaredNorm())

@@ -1,53 +1,39 @@
 #include "ch5_backend/files/text_reader.h"
 
-#include <fcntl.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <charconv>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <memory>
 
 namespace ch5 {
 namespace {
 
-[[noreturn]] void FailToOpen(const std::string& path, const std::string& why) {
-  throw FileError(path + ": cannot be read: " + why);
-}
+struct FileCloser {
+  void operator()(std::FILE* file) const { std::fclose(file); }
+};
 
-// The descriptor of a file that has an end.
-int Open(const std::string& path, size_t* size) {
-  struct stat status;
-  if (stat(path.c_str(), &status) != 0) FailToOpen(path, std::strerror(errno));
-  if (S_ISDIR(status.st_mode)) FailToOpen(path, "it is a directory");
-  if (!S_ISREG(status.st_mode)) FailToOpen(path, "it is not a regular file");
-  const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (file < 0) FailToOpen(path, std::strerror(errno));
-  *size = static_cast<size_t>(status.st_size);
-  return file;
-}
-
+// Of a file that has an end.
 std::string ReadAll(const std::string& path) {
-  size_t size = 0;
-  const int file = Open(path, &size);
+  const auto fail = [&](const std::string& why) { throw FileError(path + ": cannot be read: " + why); };
+  struct stat status;
+  if (stat(path.c_str(), &status) != 0) fail(std::strerror(errno));
+  if (S_ISDIR(status.st_mode)) fail("it is a directory");
+  if (!S_ISREG(status.st_mode)) fail("it is not a regular file");
+  const std::unique_ptr<std::FILE, FileCloser> file(std::fopen(path.c_str(), "rbe"));
+  if (!file) fail(std::strerror(errno));
   std::string text;
   size_t used = 0;
-  for (;;) {
-    text.resize(std::max(size, used) + 65536);  // room for one more read shows the end
-    const ssize_t n = read(file, text.data() + used, text.size() - used);
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) {
-      const std::string why = std::strerror(errno);
-      close(file);
-      FailToOpen(path, why);
-    }
-    if (n == 0) break;
-    used += static_cast<size_t>(n);
+  while (!std::feof(file.get())) {
+    text.resize(std::max(static_cast<size_t>(status.st_size), used) + 65536);  // room for one more byte shows the end
+    used += std::fread(text.data() + used, 1, text.size() - used, file.get());
+    if (std::ferror(file.get())) fail(std::strerror(errno));
   }
-  close(file);
   text.resize(used);
   return text;
 }

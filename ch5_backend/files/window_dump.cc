@@ -37,17 +37,9 @@ class WindowDumpReader {
     if (!(x > 0.0)) reader_.Fail(std::string(what) + ": must be positive, got " + std::to_string(x));
     return x;
   }
-  Vec2 Vector2(const char* what) {
-    const double x = Number(what);
-    const double y = Number(what);
-    return {x, y};
-  }
-  Vec3 Vector3(const char* what) {
-    const double x = Number(what);
-    const double y = Number(what);
-    const double z = Number(what);
-    return {x, y, z};
-  }
+  // In braces one is read after the other.
+  Vec2 Vector2(const char* what) { return {Number(what), Number(what)}; }
+  Vec3 Vector3(const char* what) { return {Number(what), Number(what), Number(what)}; }
   int Frame(const char* what) { return reader_.ReadInt(what, 0, static_cast<int>(dump_.frames.size()) - 1); }
 
   // Each number takes at least a digit and a space: counts that the file cannot hold are refused at once.
@@ -85,13 +77,7 @@ class WindowDumpReader {
   }
 
   StampedState State(double t) {
-    StampedState state;
-    state.t = t;
-    state.T_W_B = Pose();
-    state.v_W = Vector3("velocity");
-    state.b_a = Vector3("accelerometer bias");
-    state.b_g = Vector3("gyroscope bias");
-    return state;
+    return {t, Pose(), Vector3("velocity"), Vector3("accelerometer bias"), Vector3("gyroscope bias")};
   }
 
   void ReadModel() {
