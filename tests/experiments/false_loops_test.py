@@ -3,35 +3,28 @@
 import math
 import random
 
+import numpy as np
+
+from ch5_backend.figures.scene import rotate
 from tests.experiments.programs_under_test import AppTest, real, table
 
 SQUARE = "".join(f"EDGE_SE2 {i} {i + 1} 1 0 {math.pi / 2} 1 0 0 1 0 1\n" for i in range(12))
 SQUARE += "".join(f"EDGE_SE2 {i} {i + 4} 0 0 0 1 0 0 1 0 1\n" for i in range(9))
 
 
-def times(a, b):
-    """The quaternion product, x y z w."""
-    (x, y, z, w), (i, j, k, r) = a, b
-    return [w * i + x * r + y * k - z * j, w * j - x * k + y * r + z * i, w * k + x * j - y * i + z * r, w * r - x * i - y * j - z * k]
-
-
-def turned(q, p):
-    return times(times(q, [*p, 0.0]), [-q[0], -q[1], -q[2], q[3]])[:3]
-
-
-def compose(a, b):
-    return [x + y for x, y in zip(a[0], turned(a[1], b[0]))], times(a[1], b[1])
-
-
-def inverse(a):
-    q = [-a[1][0], -a[1][1], -a[1][2], a[1][3]]
-    return [-x for x in turned(q, a[0])], q
-
-
 def pose_of(numbers):
-    """(p, q) of x y θ, or of x y z qx qy qz qw."""
-    x = [float(word) for word in numbers]
-    return (x[:3], x[3:7]) if len(x) > 3 else ([x[0], x[1], 0.0], [0.0, 0.0, math.sin(x[2] / 2), math.cos(x[2] / 2)])
+    """T of x y θ, or of x y z qx qy qz qw."""
+    x, T = np.array(numbers, float), np.eye(4)
+    if len(x) == 3:
+        x = np.array([x[0], x[1], 0, 0, 0, math.sin(x[2] / 2), math.cos(x[2] / 2)])
+    T[:3, :3], T[:3, 3] = rotate(x[3:] / np.linalg.norm(x[3:]), np.eye(3)).T, x[:3]
+    return T
+
+
+def numbers_of(T, flat):
+    R, p = T[:3, :3], T[:3, 3]
+    q = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1], 1 + np.trace(R)])
+    return [p[0], p[1], math.atan2(R[1, 0], R[0, 0])] if flat else [*p, *q / np.linalg.norm(q)]
 
 
 def with_false_loops(text, share, kind, seed):
@@ -50,8 +43,8 @@ def with_false_loops(text, share, kind, seed):
 
     def somewhere(reach):
         q = [0.0, 0.0, numbers.gauss(0, 1), numbers.gauss(0, 1)] if flat else [numbers.gauss(0, 1) for _ in range(4)]
-        length = math.hypot(*q)
-        return [numbers.uniform(-reach, reach), numbers.uniform(-reach, reach), 0.0 if flat else numbers.uniform(-reach, reach)], [x / length for x in q]
+        p = [numbers.uniform(-reach, reach), numbers.uniform(-reach, reach), 0.0 if flat else numbers.uniform(-reach, reach)]
+        return pose_of([*p, *q])
 
     def add(i, j, T):
         pair = tuple(sorted((i, j)))
@@ -59,8 +52,7 @@ def with_false_loops(text, share, kind, seed):
             return
         known.add(pair)
         pairs.add(pair)
-        z = [*T[0][:2], 2 * math.atan2(T[1][2], T[1][3])] if flat else [*T[0], *T[1]]
-        lines.append(" ".join([edges[0][0], str(i), str(j), *map(repr, z), *information]))
+        lines.append(" ".join([edges[0][0], str(i), str(j), *(f"{z:.17g}" for z in numbers_of(T, flat)), *information]))
 
     while len(pairs) < wanted:
         i, j, T = numbers.choice(ids), numbers.choice(ids), somewhere(15.0)
@@ -69,10 +61,10 @@ def with_false_loops(text, share, kind, seed):
         elif kind == "local":
             add(i, i + numbers.randrange(2, 20), somewhere(5.0))
         else:  # the second walk is laid beside the first, where it is not
-            A = compose(compose(poses[i], somewhere(1.0)), inverse(poses[j]))
+            A = poses[i] @ somewhere(1.0) @ np.linalg.inv(poses[j])
             for k in range(10):
                 if i + k in poses and j + k in poses:
-                    add(i + k, j + k, compose(inverse(poses[i + k]), compose(A, poses[j + k])))
+                    add(i + k, j + k, np.linalg.inv(poses[i + k]) @ A @ poses[j + k])
     return "\n".join(lines) + "\n", pairs
 
 

@@ -7,24 +7,18 @@ import shutil
 from tests.experiments import programs_under_test
 from tests.project import BUILD, DATA
 
-from ch5_backend.figures import gauge_report, tables, translate
+from ch5_backend.figures import gauge_report, translate
 
 
 class GaugeExperiments(programs_under_test.AppTest):
     app = "ch5_gauge"
-
-    def make(self, study: str, trials: int):
-        """OUT/csv/STUDY.csv of the trials 0, 1, …, as a table."""
-        table = self.out / "csv" / f"{study}.csv"
-        programs_under_test.make_trials(BUILD / "bin" / self.app, study, trials, table)
-        return tables.read_table(table)
 
     def test_page_and_figures_are_the_same_to_the_byte_and_leave_out_what_is_missing(self):
         studies = {table for table, _ in gauge_report.FIGURES.values()} | {"covariance", "audit", "variants"}
         if not (DATA / "tango_walk").exists():
             studies.discard("recordings")
         for study in sorted(studies):
-            self.make(study, 1)
+            programs_under_test.make_trials(BUILD / "bin" / self.app, study, 1, self.out / "csv" / f"{study}.csv")
         drawn = self.drawn()
         figures = [name for name, (table, _) in gauge_report.FIGURES.items() if table in studies]
         self.assertEqual(len(drawn), (5 if translate.font() else 3) * len(figures) + 3, "with the pages and the summary")

@@ -82,3 +82,10 @@ class AppTest(FolderTest):
         self.assertEqual(result["problem"], Path(data).stem)
         self.assertEqual(Path(result["out"]), self.out / Path(data).stem)
         return result
+
+    def course_solve(self, file) -> dict:
+        """The same of a file that is solved: its summary, in numbers."""
+        result = self.course_run(file, "--iterations", "30", "--threads", "2")
+        for key, kind in (("initial_cost", float), ("final_cost", float), ("iterations", int), ("seconds", float)):
+            self.assertIsInstance(result[key], kind, key)
+        return result

@@ -10,12 +10,9 @@ from ch5_backend.figures import tables
 class SystemExperiments(programs_under_test.AppTest):
     app = "ch5_systems"
 
-    def make(self, study: str):
-        programs_under_test.make_trials(BUILD / "bin" / self.app, study, 1, self.folder / "trial.csv")
-        return tables.read_table(self.folder / "trial.csv")
-
     def test_what_is_fixed_is_worse_and_far_too_certain(self):
-        table = self.make("ablation")
+        programs_under_test.make_trials(BUILD / "bin" / self.app, "ablation", 1, self.folder / "trial.csv")
+        table = tables.read_table(self.folder / "trial.csv")
         for policy in ("vins", "okvis"):
             of = {row["way"]: row for row in table.where(policy=policy).rows()}
             self.assertGreater(of["dropped"]["restarts"], 0)
