@@ -12,12 +12,10 @@ namespace {
 
 // Seen at 1 px or less, and briskly moved, points tell the delay.
 Recording Delayed(double seconds, double pixels = 0.3, int tracks = 50) {
-  HandheldOptions path;
-  path.duration = 10.0;
   SimulationOptions options;
   options.camera.pixel_sigma = pixels;
   options.camera.max_tracks = tracks;
-  Recording recording = SimulateInRoom(path, 1000, options, 3);
+  Recording recording = SimulateInRoom({10.0}, 1000, options, 3);
   for (Image& image : recording.images) image.t += seconds;
   return recording;
 }

@@ -9,12 +9,7 @@ namespace {
 
 class ConsistencyOfPolicies : public testing::Test {
  protected:
-  static void SetUpTestSuite() {
-    ConsistencyOptions options;
-    options.runs = 6;
-    options.seconds = 6.0;
-    results_ = RunConsistencyStudy(options);
-  }
+  static void SetUpTestSuite() { results_ = RunConsistencyStudy({/*runs=*/6, /*seconds=*/6.0}); }
   static std::vector<ConsistencyRow> Rows(const std::string& policy, const std::string& mode,
                                           const std::string& hosts = "noisy",
                                           const std::string& observations = "once") {
@@ -80,9 +75,7 @@ TEST_F(ConsistencyOfPolicies, OnlyTheModeWithoutConstraintsLeaks) {
 }
 
 TEST(Consistency, DoesNotDependOnTheNumberOfThreads) {
-  ConsistencyOptions options;
-  options.runs = 2;
-  options.seconds = 3.0;
+  ConsistencyOptions options{/*runs=*/2, /*seconds=*/3.0};
   options.threads = 1;
   const auto one = RunConsistencyStudy(options).front().rows;
   options.threads = 2;

@@ -10,13 +10,6 @@
 namespace ch5 {
 namespace {
 
-MonoBaOptions Scene(int frames, int points) {
-  MonoBaOptions options;
-  options.frames = frames;
-  options.points = points;
-  return options;
-}
-
 // Of poses and landmarks in the order of H's rows.
 MatXX NullSpaceOf(const MonoBa& ba) {
   Vertices vertices(ba.poses.begin(), ba.poses.end());
@@ -25,7 +18,7 @@ MatXX NullSpaceOf(const MonoBa& ba) {
 }
 
 TEST(Gauge, FreeHessianHasTheSevenKnownNullDirectionsAndNoOther) {
-  for (const auto& options : {Scene(3, 20), Scene(6, 40)}) {
+  for (const auto& options : {MonoBaOptions{3, 20}, MonoBaOptions{6, 40}}) {
     const MonoBaScene scene = SimulateMonoBa(options);
     MonoBa ba = BuildMonoBa(scene, Gauge::kFree, 1.0, 0.0);
     Problem problem(&ba.graph);
@@ -43,7 +36,7 @@ TEST(Gauge, FreeHessianHasTheSevenKnownNullDirectionsAndNoOther) {
 }
 
 TEST(Gauge, PriorsAndFixedFramesLeaveNoNullDirection) {
-  const MonoBaScene scene = SimulateMonoBa(Scene(3, 20));
+  const MonoBaScene scene = SimulateMonoBa({3, 20});
   for (const Gauge gauge : {Gauge::kPriorMinimal, Gauge::kPriorTwoFrames, Gauge::kFixTwoFrames}) {
     MonoBa ba = BuildMonoBa(scene, gauge, 1.0, 1.0);
     Problem problem(&ba.graph);
@@ -82,7 +75,7 @@ TEST(GaugeMethods, FixationTakesMoreIterationsThroughTheDampingAlone) {
 
 // HW7 and its trap: with the course's own draw of depths, 400 points put some behind the camera.
 TEST(MonoBaScene, KeepsEveryInitialDepthPositive) {
-  const MonoBaScene scene = SimulateMonoBa(Scene(10, 2000));
+  const MonoBaScene scene = SimulateMonoBa({10, 2000});
   for (const double inverse_depth : scene.initial_inverse_depths) {
     EXPECT_GT(inverse_depth, 0.0);
     EXPECT_LT(1.0 / inverse_depth, 8.0 + 3.0);

@@ -15,9 +15,7 @@ namespace {
 
 // As a camera sends them that stalls, or that is asked twice as often as it takes images.
 TEST(ImplausibleImages, ImagesThatRepeatTheOneBeforeAreLeftOutAndNamed) {
-  RoomOptions options;
-  options.duration = 10.0;
-  const Recording healthy = SimulateRoom(options);
+  const Recording healthy = SimulateRoom({10.0});
   for (const size_t every : {size_t{0}, size_t{2}}) {
     Recording recording = healthy;
     size_t copies = 0;

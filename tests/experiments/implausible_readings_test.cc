@@ -19,12 +19,7 @@ namespace {
 
 constexpr size_t kMiddle = 1000;  // of 2001 readings
 
-Recording Healthy() {
-  RoomOptions options;
-  options.duration = 10.0;
-  options.standstill_seconds = 1.0;
-  return SimulateRoom(options);
-}
+Recording Healthy() { return SimulateRoom({10.0, /*standstill_seconds=*/1.0}); }
 
 std::vector<int> LinesOf(const Recording& recording) {
   std::vector<int> lines(recording.imu.size());

@@ -47,11 +47,7 @@ TEST(RealRecording, IsReadWhole) {
 
 // Eight seconds of a hand-held camera, without noise: its motion is a formula.
 const Trajectory& Formula() {
-  static const Trajectory handheld = [] {
-    HandheldOptions options;
-    options.duration = 8.0;
-    return Handheld(options);
-  }();
+  static const Trajectory handheld = Handheld({8.0});
   return handheld;
 }
 

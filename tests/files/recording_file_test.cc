@@ -27,8 +27,7 @@ class RecordingFile : public testing::Test {
     Random random(1);
     std::vector<Vec3> points(20);
     for (Vec3& point : points) point = UniformVector(&random, Vec3(4, -3, -2), Vec3(6, 3, 2));
-    HandheldOptions handheld;
-    handheld.duration = 0.5;
+    HandheldOptions handheld{0.5};
     handheld.position_sigma = handheld.yaw_step = handheld.tilt_sigma = 0.05;
     recording_ = SimulateRecording(Handheld(handheld), points);
     recording_.origin_ns = 1403715273262143232;
@@ -423,9 +422,7 @@ TEST_F(RecordingFile, TruthMayBeInTumsFormat) {
 
 // Motion capture systems often have y upwards.
 TEST_F(RecordingFile, ATruthWhoseZIsNotUpIsRefused) {
-  HandheldOptions path;
-  path.duration = 3.0;
-  recording_ = SimulateRecording(Handheld(path), {Vec3(5, 0, 0), Vec3(0, 5, 0), Vec3(-5, 0, 0), Vec3(0, -5, 0)});
+  recording_ = SimulateRecording(Handheld({3.0}), {Vec3(5, 0, 0), Vec3(0, 5, 0), Vec3(-5, 0, 0), Vec3(0, -5, 0)});
   WriteRecording(recording_, folder_);
   EXPECT_EQ(Message(), "");
   for (StampedState& state : recording_.truth) state.T_W_B.q = ExpSO3({-M_PI / 2, 0, 0}) * state.T_W_B.q;

@@ -7,12 +7,7 @@ namespace {
 
 // 90° about z at 1.5 s: by hand.
 TEST(TrajectoryFile, TumAndEurocRowsAreInTheirToolsOrder) {
-  StampedState state;
-  state.t = 1.5;
-  state.T_W_B = {Qd(0.5, 0.5, -0.5, 0.5), Vec3(1, 2, 3)};
-  state.v_W = Vec3(4, 5, 6);
-  state.b_a = Vec3(7, 8, 9);
-  state.b_g = Vec3(10, 11, 12);
+  const StampedState state{1.5, {Qd(0.5, 0.5, -0.5, 0.5), {1, 2, 3}}, {4, 5, 6}, {7, 8, 9}, {10, 11, 12}};
   EXPECT_EQ(FormatTum({state}, 1403715273262143232), "1403715274.762143232 1 2 3 0.5 -0.5 0.5 0.5\n");
   EXPECT_EQ(FormatTum({state}, 0), "1.500000000 1 2 3 0.5 -0.5 0.5 0.5\n");
   EXPECT_EQ(FormatTum({state}, -1500000001), "-0.000000001 1 2 3 0.5 -0.5 0.5 0.5\n");

@@ -152,9 +152,7 @@ TEST(TimeOffset, IsFoundWherePointsMoveSlowlyAndPixelsAreNoisy) {
 }
 
 TEST(StateCovariance, AnswersForAnyFreeVertexOfTheWindow) {
-  RoomOptions room;
-  room.duration = 6.0;
-  const Recording recording = SimulateRoom(room);
+  const Recording recording = SimulateRoom({6.0});
   EstimatorOptions options{recording.calibration};
   options.estimate_time_offset = true;
   int compared = 0;
@@ -171,9 +169,7 @@ TEST(StateCovariance, AnswersForAnyFreeVertexOfTheWindow) {
 
 TEST(Extrinsic, TwoDegreesAreFoundToThreeTenths) {
   for (const double standstill_seconds : {0.0, 2.0}) {
-    RoomOptions room;
-    room.standstill_seconds = standstill_seconds;
-    const Recording recording = SimulateRoom(room);
+    const Recording recording = SimulateRoom({20.0, standstill_seconds});
     EstimatorOptions options{recording.calibration};
     const Qd truth = options.calibration.T_B_C.q;
     options.calibration.T_B_C.q = truth * ExpSO3(2.0 * kDegree * Vec3(1, -1, 1).normalized());

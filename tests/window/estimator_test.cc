@@ -76,12 +76,7 @@ class OnASlowMachine : public WrappedPolicy {
   }
 };
 
-Recording SimulateSixSeconds() {
-  RoomOptions room;
-  room.duration = 6.0;
-  room.standstill_seconds = 1.5;
-  return SimulateRoom(room);
-}
+Recording SimulateSixSeconds() { return SimulateRoom({6.0, /*standstill_seconds=*/1.5}); }
 
 TEST(Estimator, DoesNotDependOnTheClock) {
   const Recording recording = SimulateSixSeconds();

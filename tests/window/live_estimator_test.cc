@@ -13,13 +13,7 @@
 namespace ch5 {
 namespace {
 
-Recording SimulateFourSeconds() {
-  RoomOptions room;
-  room.duration = 4.0;
-  room.standstill_seconds = 1.5;
-  room.max_tracks = 30;
-  return SimulateRoom(room);
-}
+Recording SimulateFourSeconds() { return SimulateRoom({4.0, /*standstill_seconds=*/1.5, /*max_tracks=*/30}); }
 
 std::vector<StampedState> InOneThread(const Recording& recording) {
   return RunOdometry(recording, EstimatorOptions{recording.calibration}, MakeVinsPolicy()).states;

@@ -165,9 +165,7 @@ TEST(Robustness, ASilentImuIsNamedAndTheRunStartsWhereTheLastSegmentEnded) {
 }
 
 TEST(Robustness, ImagesThatStopForTooLongAreNamed) {
-  RoomOptions room;
-  room.duration = 22.0;
-  Recording recording = SimulateRoom(room);
+  Recording recording = SimulateRoom({22.0});
   auto& frames = recording.images;
   frames.erase(std::remove_if(frames.begin(), frames.end(), [](const auto& f) { return f.t > 6.0 && f.t < 16.5; }),
                frames.end());
@@ -290,9 +288,7 @@ TEST(Robustness, ALongRestIsBridged) {
 
 // Too slow to be a jump, too fast for the images to hold: the landmarks go one by one, until nothing is left but an IMU.
 TEST(Robustness, ImagesThatContradictTheImuForTooLongAreNamed) {
-  RoomOptions room;
-  room.duration = 18.0;
-  Recording recording = SimulateRoom(room);
+  Recording recording = SimulateRoom({18.0});
   Strike(5.0, 1.5, &recording);
   ExpectOneRestart(recording, RunOdometry(recording, EstimatorOptions{recording.calibration}, MakeVinsPolicy()),
                    Failure::kImagesRejected);

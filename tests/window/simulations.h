@@ -13,10 +13,10 @@ namespace ch5 {
 constexpr double kDegree = M_PI / 180.0;
 
 struct RoomOptions {
-  double duration = 20.0;
+  double duration = 20.0;  // [s]
   double standstill_seconds = 2.0;
   int max_tracks = 60;
-  SimulationOptions simulation;
+  SimulationOptions simulation = {};
   uint64_t seed = 1;
 };
 

@@ -99,9 +99,7 @@ std::unique_ptr<WindowPolicy> ConsistencyPolicy(const ConsistencyCase& c) {
   VinsOptions vins;
   vins.window_size = 6;
   vins.reuse_observations = c.observations == "twice";
-  OkvisOptions okvis;
-  okvis.keyframes = 3;
-  okvis.temporal_frames = 4;
+  OkvisOptions okvis{/*keyframes=*/3, /*temporal_frames=*/4};
   vins.cost_tolerance = okvis.cost_tolerance = 1e-6;
   vins.max_iterations = okvis.max_iterations = 20;
   return c.policy == "okvis" ? MakeOkvisPolicy(okvis) : MakeVinsPolicy(vins);

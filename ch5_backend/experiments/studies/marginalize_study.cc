@@ -19,9 +19,7 @@ void AppendAll(const MatXX& M, const std::string& stage, CsvTable* table) {
 }
 
 MatXX SceneHessian() {
-  MonoBaOptions options;
-  options.frames = kFrames;
-  options.points = kPoints;
+  const MonoBaOptions options{kFrames, kPoints};
   MonoBa ba = BuildMonoBa(SimulateMonoBa(options), Gauge::kFree, 1.0 / std::pow(options.pixel_sigma, 2), 0.0);
   Problem problem(&ba.graph);
   problem.Solve();

@@ -22,9 +22,7 @@ struct MonoBaCase {
 // "course": 3 frames × 20 points as the course sets it: poses start at the truth, two are fixed, W = I.
 // "large": 10 × 300, poses start 20 cm and 3° (one σ, each axis) beside the truth, W = 1/σ², minimal gauge.
 std::vector<MonoBaCase> MonoBaCases() {
-  MonoBaOptions large;
-  large.frames = 10;
-  large.points = 300;
+  MonoBaOptions large{10, 300};
   large.position_sigma = 0.2;
   large.rotation_sigma = 3.0 * M_PI / 180.0;
   const double information = 1.0 / std::pow(large.pixel_sigma, 2);

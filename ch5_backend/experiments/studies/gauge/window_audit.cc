@@ -11,15 +11,12 @@ namespace {
 constexpr int kImages = 10;  // from audit to audit
 
 Recording RecordingOf(int trial) {
-  HandheldOptions path;
-  path.duration = 12.0;
-  path.standstill_seconds = 2.0;
   SimulationOptions options;
   options.calibration.camera_rate = 10.0;
   options.camera.max_tracks = 40;
   options.camera.seed = 2 + static_cast<uint64_t>(trial);
   options.imu.seed = 1 + static_cast<uint64_t>(trial);
-  return SimulateInRoom(path, 1000, options);
+  return SimulateInRoom({12.0, /*standstill_seconds=*/2.0}, 1000, options);
 }
 
 // The measurements alone, the prior alone at its first estimates, and the window's H, which is their sum. The prior that

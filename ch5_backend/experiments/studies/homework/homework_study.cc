@@ -20,23 +20,16 @@ using Path = std::filesystem::path;
 using Show = std::function<void(double)>;
 
 MonoBaOptions Scene(int frames, int points) {
-  MonoBaOptions options;
-  options.frames = frames;
-  options.points = points;
+  MonoBaOptions options{frames, points};
   options.position_sigma = 0.1;
   options.rotation_sigma = 2.0 * M_PI / 180.0;
   return options;
 }
 
-double PixelInformation() { return 1.0 / std::pow(MonoBaOptions().pixel_sigma, 2); }
-
-// The gauge is free: a prior would be stage 3's.
-MonoBa BuildFree(const MonoBaOptions& options) {
-  return BuildMonoBa(SimulateMonoBa(options), Gauge::kFree, PixelInformation(), /*prior_weight=*/0.0);
-}
-
-void FixTwoFrames(MonoBa* ba) {
-  for (int i = 0; i < 2; ++i) ba->poses[static_cast<size_t>(i)]->SetFixed(true);
+// The gauge is free or fixed: a prior would be stage 3's.
+MonoBa Build(const MonoBaOptions& options, Gauge gauge) {
+  const double information = 1.0 / std::pow(options.pixel_sigma, 2);
+  return BuildMonoBa(SimulateMonoBa(options), gauge, information, /*prior_weight=*/0.0);
 }
 
 CsvTable ConvergenceTable(const Summary& summary) {
@@ -48,8 +41,7 @@ CsvTable ConvergenceTable(const Summary& summary) {
 // ---- Stages 1 to 4, and 7 -----------------------------------------------------------------------------------------
 
 void RunHessian(const Path& csv, const std::string&, const Show&) {
-  MonoBa ba = BuildFree(MonoBaOptions());
-  FixTwoFrames(&ba);
+  MonoBa ba = Build(MonoBaOptions(), Gauge::kFixTwoFrames);
   Problem problem(&ba.graph);
   problem.SetDamping(Damping::kDiagonal);
   problem.SetOrdering();
@@ -64,8 +56,7 @@ void RunHessian(const Path& csv, const std::string&, const Show&) {
   AppendNonZeros(delta_x, &matrices, "Δx");
   matrices.Write(csv / "matrices.csv");
 
-  MonoBa large = BuildFree(Scene(10, 100));
-  FixTwoFrames(&large);
+  MonoBa large = Build(Scene(10, 100), Gauge::kFixTwoFrames);
   Problem solved(&large.graph);
   solved.SetDamping(Damping::kDiagonal);
   ConvergenceTable(solved.Solve()).Write(csv / "convergence.csv");
@@ -80,7 +71,7 @@ void RunMarginal(const Path& csv, const std::string&, const Show&) {
 
   // H and b by the sparse solver, so that nothing but this stage is tried.
   const int frames = 5, points = 12;
-  MonoBa ba = BuildFree(Scene(frames, points));
+  MonoBa ba = Build(Scene(frames, points), Gauge::kFree);
   SparseSolver solver(&ba.graph);
   solver.SetOrdering();
   solver.MakeHessian();
@@ -115,15 +106,10 @@ void RunWeights(const Path& csv, const std::string&, const Show& progress) {
   table.Write(csv / "weights.csv");
 }
 
-void RunGauge(const Path& csv, const std::string&, const Show&) {
-  GaugeDeviationsTable(/*trial=*/0, {}).Write(csv / "deviations.csv");
-}
-
 // A scene, or a BAL problem; each solver begins at the same start.
 void Adjust(const std::string& data, const std::function<void(Graph*)>& solve) {
   if (data.empty()) {
-    MonoBa ba = BuildFree(Scene(20, 300));
-    FixTwoFrames(&ba);
+    MonoBa ba = Build(Scene(20, 300), Gauge::kFixTwoFrames);
     return solve(&ba.graph);
   }
   BalGraph bal = BuildBal(ReadBal(data), nullptr);
@@ -136,9 +122,7 @@ Summary TimedSolve(const std::string& data, const char* name, CsvTable* times) {
   Adjust(data, [&](Graph* graph) {
     Solver solver(graph);
     solver.SetDamping(Damping::kDiagonal);
-    SolveOptions options;
-    options.max_iterations = 20;
-    summary = Minimize(&solver, options);
+    summary = Minimize(&solver);
   });
   times->Row(name, 1e3 * summary.seconds / std::max(1, summary.iterations));
   return summary;
@@ -193,22 +177,19 @@ void Fly(const std::string& policy, const Marginalizer& marginalizer, const Path
   summary.Write(csv / "summary.csv");
 }
 
-void RunOkvis(const Path& csv, const std::string& data, const Show& progress) {
-  Fly("okvis", PriorByMarginalizationError, csv, data, progress);
-}
-
-void RunVins(const Path& csv, const std::string& data, const Show& progress) {
-  Fly("vins", PriorByMarginalizationInfo, csv, data, progress);
-}
-
 }  // namespace
 
 const std::vector<HomeworkExperiment>& HomeworkExperiments() {
   static const std::vector<HomeworkExperiment> experiments = {
-      {"hessian", RunHessian}, {"marginal", RunMarginal},
-      {"weights", RunWeights}, {"gauge", RunGauge},
-      {"okvis", RunOkvis},     {"vins", RunVins},
-      {"blocks", RunBlocks},   {"beacons", [](const Path& csv, const std::string&, const Show&) { RunBeacons(csv); }}};
+      {"hessian", RunHessian},
+      {"marginal", RunMarginal},
+      {"weights", RunWeights},
+      {"gauge", [](const Path& csv, const std::string&,
+                   const Show&) { GaugeDeviationsTable(/*trial=*/0, {}).Write(csv / "deviations.csv"); }},
+      {"okvis", [](const auto&... where) { Fly("okvis", PriorByMarginalizationError, where...); }},
+      {"vins", [](const auto&... where) { Fly("vins", PriorByMarginalizationInfo, where...); }},
+      {"blocks", RunBlocks},
+      {"beacons", [](const Path& csv, const std::string&, const Show&) { RunBeacons(csv); }}};
   return experiments;
 }
 

@@ -39,9 +39,7 @@ CsvTable Curves() {
 
 // A scene of which a fraction of the observations, the host's excepted, lies anywhere in the image.
 MonoBaScene SceneWithOutliers(double fraction, uint64_t seed) {
-  MonoBaOptions options;
-  options.frames = 6;
-  options.points = 60;
+  MonoBaOptions options{6, 60};
   options.depth_sigma = 0.5;
   options.position_sigma = 0.05;
   options.rotation_sigma = 0.01;

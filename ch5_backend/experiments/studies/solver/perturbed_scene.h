@@ -10,9 +10,7 @@ namespace ch5 {
 /// A weak prior, of the observations' own information, holds the gauge.
 /// @param position_sigma  of the start [m];  @param rotation_sigma  likewise [rad]
 inline MonoBa BuildPerturbed(int frames, int points, double position_sigma, double rotation_sigma) {
-  MonoBaOptions options;
-  options.frames = frames;
-  options.points = points;
+  MonoBaOptions options{frames, points};
   options.position_sigma = position_sigma;
   options.rotation_sigma = rotation_sigma;
   const double information = 1.0 / std::pow(options.pixel_sigma, 2);

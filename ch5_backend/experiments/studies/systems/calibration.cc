@@ -11,9 +11,7 @@ namespace {
 constexpr double kLate = 0.01, kDegree = M_PI / 180.0, kTurned = 2.0 * kDegree;
 
 Recording HandheldFlight(int trial, double late) {
-  HandheldOptions path;
-  path.duration = 20.0;
-  path.standstill_seconds = 2.0;
+  HandheldOptions path{20.0, /*standstill_seconds=*/2.0};
   path.seed = 1 + static_cast<uint64_t>(trial);
   SimulationOptions simulation;
   simulation.camera.max_tracks = 60;

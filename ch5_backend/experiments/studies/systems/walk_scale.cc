@@ -89,10 +89,8 @@ ImuMeasurement ReadingAt(double t, bool gyroscope, bool accelerometer, const Rec
                                      [](const ImuMeasurement& measurement, double at) { return measurement.t < at; });
   const ImuMeasurement &a = *std::prev(next), &b = *next;
   const double u = (t - a.t) / (b.t - a.t);
-  ImuMeasurement measurement;
-  measurement.t = t;
-  measurement.acceleration = (1.0 - u) * a.acceleration + u * b.acceleration;
-  measurement.gyroscope = (1.0 - u) * a.gyroscope + u * b.gyroscope;
+  ImuMeasurement measurement{t, (1.0 - u) * a.acceleration + u * b.acceleration,
+                             (1.0 - u) * a.gyroscope + u * b.gyroscope};
   const StampedState truth = *StateAt(recording.truth, t);
   if (gyroscope) measurement.gyroscope -= truth.b_g;
   if (accelerometer) measurement.acceleration -= truth.b_a;
