@@ -1,13 +1,12 @@
 """What is said of two flights, on tables written by hand."""
 
 import json
-import tempfile
-import unittest
-from pathlib import Path
+import shutil
 
 from ch5_backend.figures import mine as page
 from ch5_backend.figures.numbers.mine import Finding, Mine
 from ch5_backend.figures.words import Words
+from tests.folder import FolderTest
 from tests.homework.chinese import english_in
 
 HEADER = "image,t_s,x_m,y_m,z_m\n"
@@ -28,19 +27,18 @@ def write_run(folder, H, S, matrices=True, failure=""):
     (folder / "mine" / "runs.json").write_text(json.dumps({"files": files, "experiments": {"hessian": failure, "weights": ""}}))
 
 
-class MineNumbers(unittest.TestCase):
+class MineNumbers(FolderTest):
     def test_the_image_named_is_one_that_both_have_answered(self):
-        with tempfile.TemporaryDirectory() as folder:
-            place = Path(folder) / "mine"
-            for side, rows in (("own", "0,0.0,0,0,0\n1,0.1,1,0,0\n3,0.3,3,0,1\n"),
-                               ("solution", "1,0.1,1,0,0\n2,0.2,2,0,0\n3,0.3,3,0,0\n")):
-                (place / "vins" / side).mkdir(parents=True)
-                (place / "vins" / side / "path.csv").write_text(HEADER + rows)
-                (place / "vins" / side / "summary.csv").write_text("ate_m,yaw_rad,x_m,y_m,z_m,restarts\n0,0,0,0,0,0\n")
-            (place / "runs.json").write_text(json.dumps({"files": {}, "experiments": {"vins": ""}}))
-            found = Mine(folder).finding("vins")
-            (place / "vins" / "solution" / "truth.csv").write_text("t_s,x_m,y_m,z_m\n0,0,0,0\n1,10,0,2\n")
-            with_truth = Mine(folder).finding("vins")
+        place = self.folder / "mine"
+        for side, rows in (("own", "0,0.0,0,0,0\n1,0.1,1,0,0\n3,0.3,3,0,1\n"),
+                           ("solution", "1,0.1,1,0,0\n2,0.2,2,0,0\n3,0.3,3,0,0\n")):
+            (place / "vins" / side).mkdir(parents=True)
+            (place / "vins" / side / "path.csv").write_text(HEADER + rows)
+            (place / "vins" / side / "summary.csv").write_text("ate_m,yaw_rad,x_m,y_m,z_m,restarts\n0,0,0,0,0,0\n")
+        (place / "runs.json").write_text(json.dumps({"files": {}, "experiments": {"vins": ""}}))
+        found = Mine(self.folder).finding("vins")
+        (place / "vins" / "solution" / "truth.csv").write_text("t_s,x_m,y_m,z_m\n0,0,0,0\n1,10,0,2\n")
+        with_truth = Mine(self.folder).finding("vins")
         self.assertEqual((found.key, with_truth.key), ("flight", "flight_with_truth"))
         self.assertNotIn("–", page.told(found, Words("en")))
         self.assertAlmostEqual(with_truth.values["error"], 0.4)
@@ -54,10 +52,10 @@ class MineNumbers(unittest.TestCase):
     def test_a_consequence_is_not_judged(self):
         """A wrong S is stage 1.2's: 1.1 is right, and the weights, which need the solver, say nothing of stage 3."""
         def wrong(H, S, matrices=True, failure=""):
-            with tempfile.TemporaryDirectory() as folder:
-                write_run(Path(folder), H, S, matrices, failure)
-                mine = Mine(folder)
-                return [mark for name in mine.failures for _, mark, _ in page.verdicts(mine, name, Words("en"))]
+            shutil.rmtree(self.folder / "mine", ignore_errors=True)
+            write_run(self.folder, H, S, matrices, failure)
+            mine = Mine(self.folder)
+            return [mark for name in mine.failures for _, mark, _ in page.verdicts(mine, name, Words("en"))]
 
         self.assertEqual(wrong(1, 1), ["✓", "✓", "✓"])
         self.assertEqual(wrong(1, 2), ["✓", "✗", "–"])

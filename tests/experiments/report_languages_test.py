@@ -20,6 +20,7 @@ from ch5_backend.figures import page, words
 from ch5_backend.figures.drawing import Axes
 from ch5_backend.figures.queries import PLACEHOLDER
 from ch5_backend.figures.words import PAGES, SENTENCES
+from tests.folder import FolderTest
 from tests.homework.chinese import english_in
 from tests.project import ROOT
 
@@ -105,13 +106,12 @@ class Escapes(unittest.TestCase):
             self.assertNotIn("<b>", piece)
 
 
-class Pictures(unittest.TestCase):
+class Pictures(FolderTest):
     def test_a_picture_in_the_page_is_the_figure_to_the_pixel(self):
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / "a.png"
-            report_texts.style.plt.imsave(path, [[[k % 7 / 7, j % 5 / 5, k / 300] for k in range(300)] for j in range(50)])
-            with Image.open(path) as figure, Image.open(io.BytesIO(base64.b64decode(page.small(path, 0)))) as packed:
-                self.assertEqual(figure.convert("RGB").tobytes(), packed.convert("RGB").tobytes())
+        path = self.folder / "a.png"
+        report_texts.style.plt.imsave(path, [[[k % 7 / 7, j % 5 / 5, k / 300] for k in range(300)] for j in range(50)])
+        with Image.open(path) as figure, Image.open(io.BytesIO(base64.b64decode(page.small(path, 0)))) as packed:
+            self.assertEqual(figure.convert("RGB").tobytes(), packed.convert("RGB").tobytes())
 
 
 class Reports(unittest.TestCase):
@@ -144,15 +144,8 @@ class Reports(unittest.TestCase):
             for caption in [*captions, *re.findall(r"<p>([^<]*)</p><details>", without_code(page))]:
                 self.assertLessEqual(len(re.findall(pattern, html.unescape(caption))), most, caption)
 
-    def test_what_is_not_folded_of_a_caption_is_short(self):
+    def test_both_have_the_same_sections_figures_and_numbers_under_short_captions(self):
         for of in ("chapter", "recording", "gauge"):
-            self.captions_are_short(of)
-
-    def test_the_chapter_has_the_same_sections_figures_and_numbers(self):
-        self.are_alike("chapter")
-
-    def test_a_recording_has_the_same_figures_and_numbers(self):
-        self.are_alike("recording")
-
-    def test_the_gauge_experiments_have_the_same_figures_and_numbers(self):
-        self.are_alike("gauge")
+            with self.subTest(of):
+                self.are_alike(of)
+                self.captions_are_short(of)

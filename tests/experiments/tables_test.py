@@ -15,12 +15,13 @@ from ch5_backend.figures import marginalize, report, style, tables, translate
 from ch5_backend.figures.numbers.windows import KEPT
 from ch5_backend.figures.words import Words
 from tests.experiments import report_texts
+from tests.folder import FolderTest
 from tests.project import ROOT, run
 
 CHAPTER = os.environ["CH5_CHAPTER"]
 
 
-class Columns(unittest.TestCase):
+class Columns(FolderTest):
     """What a column of words in a file is: numbers, or names."""
 
     def test_of_digits(self):
@@ -28,10 +29,9 @@ class Columns(unittest.TestCase):
                               ("0,7", [0.0, 7.0]),
                               ("1.5,12345678901234567890", [1.5, 12345678901234567890.0]),  # costs
                               ("2,", [2.0, math.nan])):
-            with tempfile.TemporaryDirectory() as folder:
-                path = Path(folder) / "one.csv"
-                path.write_text("other,column\n" + "".join(f"0,{cell}\n" for cell in cells.split(",")), encoding="utf-8")
-                np.testing.assert_array_equal(tables.read_table(path)["column"], wanted)
+            path = self.folder / "one.csv"
+            path.write_text("other,column\n" + "".join(f"0,{cell}\n" for cell in cells.split(",")), encoding="utf-8")
+            np.testing.assert_array_equal(tables.read_table(path)["column"], wanted)
 
 
 class Missing(unittest.TestCase):
@@ -186,17 +186,17 @@ class Tables(unittest.TestCase):
         self.assertNotRegex(re.sub(r'src="data:[^"]*"', "", page), r'(src|href)="(https?:|/)')
 
 
-class BadInput(unittest.TestCase):
+class BadInput(FolderTest):
     def test_plots_name_the_table_and_line_at_fault(self):
+        table = self.folder / "csv" / "consistency.csv"
+        table.parent.mkdir()
         for text, words in ((None, "No such file"), ("", "no rows"), ("a,b\n1,2\n3\n", "line 3"), ("\xff", "read")):
-            with self.subTest(text=text), tempfile.TemporaryDirectory() as folder:
-                table = Path(folder) / "csv" / "consistency.csv"
-                table.parent.mkdir()
+            with self.subTest(text=text):
                 if text is not None:
                     table.write_text(text, encoding="latin-1")
-                done = run(sys.executable, "-m", "ch5_backend.figures.nees", folder)
+                done = run(sys.executable, "-m", "ch5_backend.figures.nees", self.folder)
                 self.assertEqual(done.returncode, 2, done.stderr)
                 self.assertRegex(done.stderr, "^nees.py: ")
                 self.assertIn("consistency.csv", done.stderr)
                 self.assertIn(words, done.stderr)
-                self.assertFalse((Path(folder) / "figures").exists())
+                self.assertFalse((self.folder / "figures").exists())
