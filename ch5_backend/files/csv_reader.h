@@ -54,6 +54,7 @@ class CsvReader {
   Vec3 Vector(const std::string& stem) const { return {Number(stem + "x"), Number(stem + "y"), Number(stem + "z")}; }
   /// The columns q_w, q_x, q_y and q_z, normalized.  @throws FileError unless of length 1
   Qd Rotation() const;
+  const std::string& Path() const { return reader_.Path(); }
   int Line() const { return reader_.Line(); }
   /// "file:line: message"
   [[noreturn]] void Fail(const std::string& message) const { reader_.Fail(message); }

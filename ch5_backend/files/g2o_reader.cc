@@ -94,22 +94,19 @@ class Reader {
     return text_.ToInteger(word, "vertex id", 0, std::numeric_limits<int64_t>::max());
   }
 
-  std::vector<double> ToNumbers(const std::vector<std::string_view>& words, size_t first, size_t count) const {
+  // The numbers behind `first` words, in g2o's order, `count` of them.
+  std::vector<double> ToNumbers(const std::vector<std::string_view>& words, size_t first, size_t count,
+                                const G2oWord* word = nullptr) const {
+    if (word) count = static_cast<size_t>(word->numbers);
     if (words.size() != first + count) {
       text_.Fail(std::string(words[0]) + " has " + std::to_string(first + count - 1) + " numbers, got " +
                  std::to_string(words.size() - 1));
     }
     std::vector<double> numbers;
     for (size_t k = first; k < words.size(); ++k) numbers.push_back(text_.ToDouble(words[k], "value"));
-    return numbers;
-  }
-
-  // The numbers behind `first` words, in g2o's order, `count` of them.
-  std::vector<double> ToNumbers(const std::vector<std::string_view>& words, size_t first, size_t count,
-                                const G2oWord* word) const {
-    if (!word) return ToNumbers(words, first, count);
+    if (!word) return numbers;
     try {
-      return word->translate(ToNumbers(words, first, word->numbers));
+      return word->translate(numbers);
     } catch (const std::invalid_argument& error) {
       text_.Fail(std::string(words[0]) + ": " + error.what());
     }
@@ -283,6 +280,10 @@ class Reader {
     }
   }
 
+  [[noreturn]] void Fail(const Pending& edge, const std::string& message) const {
+    text_.FailAt(edge.line, std::string(edge.tag->name) + ": " + message);
+  }
+
   int IndexOf(int64_t id, int line, const std::string& tag) const {
     const auto known = index_of_.find(id);
     if (known == index_of_.end()) text_.FailAt(line, tag + ": there is no vertex with the id " + std::to_string(id));
@@ -296,8 +297,7 @@ class Reader {
     for (size_t k = 0; k < edge.tag->ends.size(); ++k) {
       const int index = IndexOf(edge.ids[k], edge.line, edge.tag->name);
       if (kind_of_[index] != edge.tag->ends[k]) {
-        text_.FailAt(edge.line,
-                     std::string(edge.tag->name) + ": vertex " + std::to_string(edge.ids[k]) + " is of another type");
+        Fail(edge, "vertex " + std::to_string(edge.ids[k]) + " is of another type");
       }
       vertices.push_back(file_.graph.Vertices()[index]);
     }
@@ -311,9 +311,8 @@ class Reader {
       const auto known = offsets_.find(id);
       const auto size = edge.tag->ends[0] == VertexKind::kSE2 ? 3 : 7;
       if (known == offsets_.end() || known->second.size() != size) {
-        text_.FailAt(edge.line, std::string(edge.tag->name) + ": there is no " +
-                                    (size == 3 ? "PARAMS_SE2OFFSET" : "PARAMS_SE3OFFSET") + " with the id " +
-                                    std::to_string(id));
+        const std::string kind = size == 3 ? "PARAMS_SE2OFFSET" : "PARAMS_SE3OFFSET";
+        Fail(edge, "there is no " + kind + " with the id " + std::to_string(id));
       }
       offsets.push_back(known->second);
     }
@@ -358,13 +357,12 @@ class Reader {
     const std::shared_ptr<Edge> made = edge.tag->make(VerticesOf(edge), OffsetsOf(edge), edge.numbers.data());
     MatXX W = InformationOf(edge);
     if (!(W.array().abs() <= TextReader::kLargest).all())  // of a root squared or a covariance inverted
-      text_.FailAt(edge.line, std::string(edge.tag->name) + ": the information is absurdly large (beyond 1e15)");
+      Fail(edge, "the information is absurdly large (beyond 1e15)");
     const std::string fault = WhyNotPositiveSemiDefinite(W);
     if (!fault.empty()) {
       if (!options_.project_information) {
-        text_.FailAt(edge.line,
-                     std::string(edge.tag->name) + ": the information matrix " + fault +
-                         " (g2o gives its upper half row by row); --project-information takes the nearest one that is");
+        Fail(edge, "the information matrix " + fault +
+                       " (g2o gives its upper half row by row); --project-information takes the nearest one that is");
       }
       W = ProjectToPsd(W);
       ++file_.projected;

@@ -51,7 +51,7 @@ bool JumpTogether(const std::vector<ClockJump>& a, const std::vector<ClockJump>&
 
 // Jumps of all clocks together are taken back but for a pause, after which an estimator begins anew.
 // @return whether the truth's clock jumps too
-bool TakeBackJumps(const std::string& path, CsvReader* imu, CsvReader* tracks, CsvReader* truth, Recording* recording) {
+bool TakeBackJumps(CsvReader* imu, CsvReader* tracks, CsvReader* truth, Recording* recording) {
   const std::vector<ClockJump> of_imu = imu->ClockJumps(), of_tracks = tracks->ClockJumps();
   if (of_imu.empty() || !JumpTogether(of_imu, of_tracks)) return false;
   std::vector<ClockJump> of_truth;
@@ -61,7 +61,7 @@ bool TakeBackJumps(const std::string& path, CsvReader* imu, CsvReader* tracks, C
   for (size_t k = 0; k < of_imu.size(); ++k) {
     const int64_t ns = std::llround(1e9 * (of_imu[k].by - kClockPause));
     recording->clock_steps.push_back(
-        {of_imu[k].before - taken_back + 0.5 * kClockPause, ns, path + ":" + std::to_string(of_imu[k].line)});
+        {of_imu[k].before - taken_back + 0.5 * kClockPause, ns, imu->Path() + ":" + std::to_string(of_imu[k].line)});
     taken_back += 1e-9 * static_cast<double>(ns);
     imu_lines.emplace_back(of_imu[k].line, ns);
     track_lines.emplace_back(of_tracks[k].line, ns);
@@ -73,77 +73,73 @@ bool TakeBackJumps(const std::string& path, CsvReader* imu, CsvReader* tracks, C
   return !truth_lines.empty();
 }
 
-void ReadImu(CsvReader* table, const std::string& path, Recording* recording, std::vector<LeftOut>* left_out,
-             std::vector<int>* lines) {
-  CsvReader& csv = *table;
-  RequireNanoseconds(csv, "imu", recording->calibration.imu_rate);
-  ReadEach(path, left_out, [&] {
-    if (!NextRow(&csv)) return false;
-    const int64_t stamp = csv.Stamp();
+void ReadImu(CsvReader* csv, Recording* recording, std::vector<LeftOut>* left_out, std::vector<int>* lines) {
+  RequireNanoseconds(*csv, "imu", recording->calibration.imu_rate);
+  ReadEach(csv->Path(), left_out, [&] {
+    if (!NextRow(csv)) return false;
+    const int64_t stamp = csv->Stamp();
     if (recording->imu.empty()) recording->origin_ns = stamp;
-    recording->imu.push_back({TimeOf(csv, stamp, *recording), csv.Vector("a_"), csv.Vector("w_")});
-    if (lines) lines->push_back(csv.Line());
+    recording->imu.push_back({TimeOf(*csv, stamp, *recording), csv->Vector("a_"), csv->Vector("w_")});
+    if (lines) lines->push_back(csv->Line());
     return true;
   });
-  if (const std::string why = WhyNotInUnits(recording->imu, recording->calibration); !why.empty()) csv.Fail(why);
+  if (const std::string why = WhyNotInUnits(recording->imu, recording->calibration); !why.empty()) csv->Fail(why);
 }
 
-void ReadTracks(CsvReader* table, const std::string& path, Recording* recording, std::vector<LeftOut>* left_out) {
-  CsvReader& csv = *table;
-  RequireNanoseconds(csv, "camera", recording->calibration.camera_rate);
+void ReadTracks(CsvReader* csv, Recording* recording, std::vector<LeftOut>* left_out) {
+  RequireNanoseconds(*csv, "camera", recording->calibration.camera_rate);
   std::set<std::pair<int, int>> seen;  // of the current image: camera and id
-  const bool has_camera = csv.Has("camera");
-  ReadEach(path, left_out, [&] {
-    if (!NextRow(&csv)) return false;
-    const double t = TimeOf(csv, csv.Stamp(/*may_repeat=*/true), *recording);
+  const bool has_camera = csv->Has("camera");
+  ReadEach(csv->Path(), left_out, [&] {
+    if (!NextRow(csv)) return false;
+    const double t = TimeOf(*csv, csv->Stamp(/*may_repeat=*/true), *recording);
     if (recording->images.empty() || recording->images.back().t != t) {
       recording->images.push_back({t, {}});
       seen.clear();
     }
-    const int id = static_cast<int>(csv.Integer("track_id", 0, std::numeric_limits<int>::max()));
-    const int camera = has_camera ? static_cast<int>(csv.Integer("camera", 0, 1)) : 0;
+    const int id = static_cast<int>(csv->Integer("track_id", 0, std::numeric_limits<int>::max()));
+    const int camera = has_camera ? static_cast<int>(csv->Integer("camera", 0, 1)) : 0;
     if (camera == 1 && !recording->calibration.camera1) {
-      csv.Fail("a point of camera 1, but calibration.yaml has no camera1");
+      csv->Fail("a point of camera 1, but calibration.yaml has no camera1");
     }
     if (!seen.insert({camera, id}).second) {
-      csv.Fail("the track is in this image already, got track_id " + std::to_string(id) +
-               (has_camera ? " of camera " + std::to_string(camera) : ""));
+      csv->Fail("the track is in this image already, got track_id " + std::to_string(id) +
+                (has_camera ? " of camera " + std::to_string(camera) : ""));
     }
-    const Vec2 x(csv.Number("x"), csv.Number("y"));
+    const Vec2 x(csv->Number("x"), csv->Number("y"));
     // 10 is 84° off the axis.
     if (x.cwiseAbs().maxCoeff() > 10.0) {
-      csv.Fail("coordinates must be normalized (within ±10), not pixels, got " + std::to_string(x.x()) + ", " +
-               std::to_string(x.y()));
+      csv->Fail("coordinates must be normalized (within ±10), not pixels, got " + std::to_string(x.x()) + ", " +
+                std::to_string(x.y()));
     }
     Image& image = recording->images.back();
     (camera == 0 ? image.tracks : image.tracks1).push_back({id, x});
     return true;
   });
   const std::vector<Image>& frames = recording->images;
-  if (frames.empty()) csv.Fail("at least one image is needed");
+  if (frames.empty()) csv->Fail("at least one image is needed");
   const auto in_imus_time = [&](const Image& image) { return image.t >= 0.0 && image.t <= recording->imu.back().t; };
   if (std::none_of(frames.begin(), frames.end(), in_imus_time)) {
-    throw FileError(path + ": " + ClocksDiffer(frames.front().t, frames.back().t, recording->imu));
+    throw FileError(csv->Path() + ": " + ClocksDiffer(frames.front().t, frames.back().t, recording->imu));
   }
 }
 
-void ReadTruth(CsvReader* table, const std::string& path, Recording* recording, std::vector<LeftOut>* left_out) {
-  CsvReader& csv = *table;
-  const bool has_velocity = csv.Has("v_x"), has_biases = csv.Has("bg_x") || csv.Has("ba_x");
-  ReadPoses(path, left_out, [&] {
-    if (!NextRow(&csv)) return false;
+void ReadTruth(CsvReader* csv, Recording* recording, std::vector<LeftOut>* left_out) {
+  const bool has_velocity = csv->Has("v_x"), has_biases = csv->Has("bg_x") || csv->Has("ba_x");
+  ReadPoses(csv->Path(), left_out, [&] {
+    if (!NextRow(csv)) return false;
     StampedState state;
-    state.t = TimeOf(csv, csv.Stamp(), *recording);
-    state.T_W_B = {csv.Rotation(), csv.Vector("p_")};
-    if (has_velocity) state.v_W = csv.Vector("v_");
+    state.t = TimeOf(*csv, csv->Stamp(), *recording);
+    state.T_W_B = {csv->Rotation(), csv->Vector("p_")};
+    if (has_velocity) state.v_W = csv->Vector("v_");
     if (has_biases) {
-      state.b_g = csv.Vector("bg_");
-      state.b_a = csv.Vector("ba_");
+      state.b_g = csv->Vector("bg_");
+      state.b_a = csv->Vector("ba_");
     }
     recording->truth.push_back(state);
     return true;
   });
-  CompleteTruth(csv, has_velocity, &recording->truth);
+  CompleteTruth(*csv, has_velocity, &recording->truth);
 }
 
 // How well the truth's rotations agree with the gyroscope's, as a correlation of the angles between rows 0.1 s apart: 1 if
@@ -343,8 +339,7 @@ Recording ReadRecording(const std::filesystem::path& folder, std::vector<LeftOut
                         std::vector<int>* imu_lines) {
   Recording recording;
   recording.calibration = ReadCalibration(folder / "calibration.yaml");
-  const std::string imu_path = (folder / "imu.csv").string(), tracks_path = (folder / "tracks.csv").string();
-  CsvReader imu(imu_path), tracks(tracks_path);
+  CsvReader imu((folder / "imu.csv").string()), tracks((folder / "tracks.csv").string());
   std::string truth_path;
   for (const char* name : {"groundtruth.txt", "groundtruth.csv"}) {  // a link to nothing is an error
     if (std::filesystem::exists(std::filesystem::symlink_status(folder / name))) truth_path = (folder / name).string();
@@ -352,11 +347,11 @@ Recording ReadRecording(const std::filesystem::path& folder, std::vector<LeftOut
   const bool is_tum = !truth_path.empty() && IsTum(truth_path);
   std::optional<CsvReader> truth;
   if (!truth_path.empty() && !is_tum) truth.emplace(truth_path);
-  const bool truth_jumps = left_out && TakeBackJumps(imu_path, &imu, &tracks, truth ? &*truth : nullptr, &recording);
-  ReadImu(&imu, imu_path, &recording, left_out, imu_lines);
-  ReadTracks(&tracks, tracks_path, &recording, left_out);
+  const bool truth_jumps = left_out && TakeBackJumps(&imu, &tracks, truth ? &*truth : nullptr, &recording);
+  ReadImu(&imu, &recording, left_out, imu_lines);
+  ReadTracks(&tracks, &recording, left_out);
   if (is_tum) recording.truth = ReadTum(truth_path, recording.origin_ns, left_out);
-  if (truth) ReadTruth(&*truth, truth_path, &recording, left_out);
+  if (truth) ReadTruth(&*truth, &recording, left_out);
   if (!recording.clock_steps.empty() && !truth_path.empty() && !truth_jumps) {
     const auto later = std::find_if(recording.truth.begin(), recording.truth.end(),
                                     [&](const StampedState& state) { return state.t > recording.clock_steps[0].t; });

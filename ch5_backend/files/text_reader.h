@@ -140,6 +140,7 @@ class TextReader {
   static std::string Quote(std::string_view token);
 
   size_t BytesLeft() const { return static_cast<size_t>(end_ - next_); }
+  const std::string& Path() const { return path_; }
   /// Line of the last number, or the line read last, from 1.
   int Line() const { return line_; }
 
