@@ -25,9 +25,9 @@ struct GyroscopeTurn {
 
 // What all pairs share; the cause is the number of a Disagreement's.
 struct SharedUnknowns {
-  std::shared_ptr<VertexVector<4>> bias_delay;
-  std::shared_ptr<VertexScalar> number;
-  std::shared_ptr<VertexVector<3>> vector;
+  std::shared_ptr<VertexVector<4>> bias_delay = std::make_shared<VertexVector<4>>(VertexVector<4>::Estimate::Zero());
+  std::shared_ptr<VertexScalar> number = std::make_shared<VertexScalar>(VertexScalar::Estimate(0.0));
+  std::shared_ptr<VertexVector<3>> vector = std::make_shared<VertexVector<3>>(Vec3::Zero());
   std::shared_ptr<size_t> cause = std::make_shared<size_t>(0);
 };
 
@@ -243,9 +243,7 @@ class RayProblem {
   }
 
   Graph graph_;
-  SharedUnknowns shared_{std::make_shared<VertexVector<4>>(VertexVector<4>::Estimate::Zero()),
-                         std::make_shared<VertexScalar>(VertexScalar::Estimate(0.0)),
-                         std::make_shared<VertexVector<3>>(Vec3::Zero())};
+  SharedUnknowns shared_;
 };
 
 }  // namespace

@@ -41,7 +41,8 @@ CsvTable EmptyTable() {
 }
 
 struct FlightResult {
-  MotionNees found;
+  std::string policy;
+  MotionNees found = {};
   size_t images = 0;
   int restarts = 0;
   double ate = kNoNumber, nees_world = kNoNumber, nees_motion = kNoNumber, milliseconds = kNoNumber;
@@ -50,7 +51,7 @@ struct FlightResult {
 // @param start  of a simulated flight, in whose W the pose is compared too
 FlightResult Fly(const Recording& recording, const EstimatorOptions& options, std::unique_ptr<WindowPolicy> policy,
                  const DrawnStart* start, const Mat66& truth = Mat66::Zero()) {
-  FlightResult flight;
+  FlightResult flight{policy->Name()};
   MotionNees& found = flight.found;
   found.truth = truth;
   policy = ComparedBeforeSlides(std::move(policy), recording.truth, start ? 1 : 10, &found);
@@ -82,11 +83,10 @@ FlightResult Fly(const Recording& recording, const EstimatorOptions& options, st
 
 void Append(const std::string& name, const Recording& recording, EstimatorOptions options,
             std::unique_ptr<WindowPolicy> policy, const Way& way, const DrawnStart* start, int trial, CsvTable* table) {
-  const std::string policy_name = policy->Name();
   options.observability_constraints = way.constraints;
   options.marginalizer = way.marginalizer;
   const FlightResult flight = Fly(recording, options, std::move(policy), start);
-  table->Row(name, policy_name, way.name, trial, flight.images, flight.restarts, flight.ate, flight.nees_world,
+  table->Row(name, flight.policy, way.name, trial, flight.images, flight.restarts, flight.ate, flight.nees_world,
              flight.nees_motion, flight.milliseconds);
 }
 
@@ -179,15 +179,14 @@ CsvTable ConsistencyRecordingTable(int trial, const std::filesystem::path& data)
     for (auto&& policy : AllPolicies()) {
       EstimatorOptions options{recording.calibration};
       setting->set(&options);
-      const std::string policy_name = policy->Name();
       Vec6 truth = Vec6::Constant(std::pow(setting->truth_position, 2));
       truth.tail<3>().setConstant(std::pow(setting->truth_rotation, 2));
       const FlightResult flight = Fly(recording, options, std::move(policy), nullptr, truth.asDiagonal());
       const auto& found = flight.found;
       const double degrees = 180.0 / M_PI;
-      table.Row(name, policy_name, setting->name, trial, flight.images, flight.restarts, flight.ate, flight.nees_motion,
-                found.Errors()[0], found.Claimed()[0], degrees * found.Errors()[1], degrees * found.Claimed()[1],
-                found.yaw_leak / found.priors, flight.milliseconds);
+      table.Row(name, flight.policy, setting->name, trial, flight.images, flight.restarts, flight.ate,
+                flight.nees_motion, found.Errors()[0], found.Claimed()[0], degrees * found.Errors()[1],
+                degrees * found.Claimed()[1], found.yaw_leak / found.priors, flight.milliseconds);
     }
   }
   return table;
@@ -202,12 +201,11 @@ CsvTable FirstEstimates(int trial, bool whole) {
     for (const Setting* setting = kSettings; setting != kSettings + kModes; ++setting) {
       if (!whole && setting->name == std::string("prior")) continue;
       for (auto&& policy : AllPolicies()) {
-        const std::string policy_name = policy->Name();
-        if (!whole && policy_name != "vins") continue;
+        if (!whole && policy->Name() != "vins") continue;
         EstimatorOptions options{recording.calibration};
         setting->set(&options);
         const FlightResult flight = Fly(recording, options, std::move(policy), start);
-        table.Row(name, policy_name, setting->name, trial, flight.images, flight.restarts, flight.ate,
+        table.Row(name, flight.policy, setting->name, trial, flight.images, flight.restarts, flight.ate,
                   flight.nees_motion);
       }
     }
