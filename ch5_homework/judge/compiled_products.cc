@@ -65,4 +65,71 @@ void Invert(const View<double>& A, const View<double>& inverse) {
   }
 }
 
+void Tridiagonalize(const View<double>& A, double* diagonal, double* beside) {
+  const std::ptrdiff_t n = A.rows;
+  // Column k: v of the reflection I − β v vᵀ, which makes zeros of column k of A, below the entry that is left beside the diagonal.
+  std::vector<double> numbers(static_cast<size_t>(n * n)), beta(static_cast<size_t>(n)), w(static_cast<size_t>(n));
+  const View<double> V{numbers.data(), n, n, 1, n};
+  for (std::ptrdiff_t k = 0; k < n; ++k) {
+    diagonal[k] = A(k, k);
+    double below = 0.0;  // of the squares
+    for (std::ptrdiff_t i = k + 2; i < n; ++i) below += A(i, k) * A(i, k);
+    if (k + 1 < n) beside[k] = A(k + 1, k);
+    if (below == 0.0) continue;
+    beside[k] = std::copysign(std::sqrt(A(k + 1, k) * A(k + 1, k) + below), -A(k + 1, k));
+    for (std::ptrdiff_t i = k + 1; i < n; ++i) V(i, k) = A(i, k);
+    V(k + 1, k) -= beside[k];
+    beta[k] = 2.0 / (V(k + 1, k) * V(k + 1, k) + below);
+    // A − v wᵀ − w vᵀ,  w = β A v − ½ β² (vᵀ A v) v
+    double vw = 0.0;
+    for (std::ptrdiff_t i = k + 1; i < n; ++i) {
+      w[i] = 0.0;
+      for (std::ptrdiff_t j = k + 1; j < n; ++j) w[i] += beta[k] * A(std::max(i, j), std::min(i, j)) * V(j, k);
+      vw += w[i] * V(i, k);
+    }
+    for (std::ptrdiff_t i = k + 1; i < n; ++i) w[i] -= 0.5 * beta[k] * vw * V(i, k);
+    for (std::ptrdiff_t j = k + 1; j < n; ++j) {
+      for (std::ptrdiff_t i = j; i < n; ++i) A(i, j) -= V(i, k) * w[j] + w[i] * V(j, k);
+    }
+  }
+  for (std::ptrdiff_t j = 0; j < n; ++j) {
+    for (std::ptrdiff_t i = 0; i < n; ++i) A(i, j) = i == j ? 1.0 : 0.0;
+    for (std::ptrdiff_t k = n - 1; k >= 0; --k) {
+      double product = 0.0;
+      for (std::ptrdiff_t i = k + 1; i < n; ++i) product += V(i, k) * A(i, j);
+      for (std::ptrdiff_t i = k + 1; i < n; ++i) A(i, j) -= beta[k] * product * V(i, k);
+    }
+  }
+}
+
+void Reflect(const View<double>& A, const View<const double>& V, const double* h, bool last_first) {
+  for (std::ptrdiff_t n = 0; n < V.columns; ++n) {
+    const std::ptrdiff_t k = last_first ? V.columns - 1 - n : n;
+    for (std::ptrdiff_t j = 0; j < A.columns; ++j) {
+      double product = A(k, j);
+      for (std::ptrdiff_t i = k + 1; i < A.rows; ++i) product += V(i, k) * A(i, j);
+      A(k, j) -= h[k] * product;
+      for (std::ptrdiff_t i = k + 1; i < A.rows; ++i) A(i, j) -= h[k] * product * V(i, k);
+    }
+  }
+}
+
+int Factor(const View<double>& A, int* pivots) {
+  int transpositions = 0;
+  for (std::ptrdiff_t k = 0; k < A.rows; ++k) {
+    std::ptrdiff_t pivot = k;
+    for (std::ptrdiff_t i = k; i < A.rows; ++i) {
+      if (std::abs(A(i, k)) > std::abs(A(pivot, k))) pivot = i;
+    }
+    pivots[k] = static_cast<int>(pivot);
+    transpositions += pivot != k;
+    for (std::ptrdiff_t j = 0; j < A.columns; ++j) std::swap(A(k, j), A(pivot, j));
+    for (std::ptrdiff_t i = k + 1; i < A.rows && A(k, k) != 0.0; ++i) {
+      A(i, k) /= A(k, k);
+      for (std::ptrdiff_t j = k + 1; j < A.columns; ++j) A(i, j) -= A(i, k) * A(k, j);
+    }
+  }
+  return transpositions;
+}
+
 }  // namespace ch5::compiled

@@ -99,6 +99,21 @@ struct compute_inverse<M, MatrixXd, Dynamic> {
     ch5::compiled::Invert(ch5::compiled::ViewOf<double>(A), ch5::compiled::ViewOf<double>(inverse));
   }
 };
+
+// Four of math/precompiled.h, whose instances would take a first check 5 s: stand_ins.cc has them for checks, and for others the
+// library. To be included before that header.
+#ifndef CH5_NATIVE
+template <>
+void apply_block_householder_on_the_left(Block<MatrixXd>& A, const Block<MatrixXd>& V,
+                                         const VectorBlock<const VectorXd>& h, bool last_first);
+template <>
+void apply_block_householder_on_the_left(Block<MatrixXd>& A, const Block<MatrixXd>& V,
+                                         const Block<VectorXd, Dynamic, 1>& h, bool last_first);
+template <>
+void tridiagonalization_inplace(MatrixXd& A, VectorXd& diagonal, VectorXd& beside, VectorXd&, bool);
+template <>
+void partial_lu_inplace(MatrixXd& A, Transpositions<Dynamic>& pivots, int& transpositions);
+#endif
 }  // namespace Eigen::internal
 // NOLINTEND(readability-identifier-naming)
 #endif

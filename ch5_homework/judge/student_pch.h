@@ -2,11 +2,10 @@
 /// What a student's file needs most, parsed once. No more: each inline function here is compiled with every file.
 #include "ch5_homework/judge/told_sizes.h"  // before Eigen
 
-#include <Eigen/Dense>
+#include "ch5_homework/judge/compiled_products.h"
 
 #include "ch5_backend/dense/block_diagonal.h"
 #include "ch5_backend/dense/problem.h"
 #include "ch5_backend/homework_missing.h"
 #include "ch5_backend/math/precompiled.h"
 #include "ch5_backend/math/psd.h"
-#include "ch5_homework/judge/compiled_products.h"

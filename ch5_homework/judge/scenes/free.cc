@@ -103,7 +103,7 @@ void BuildFreeGraph(GraphScene* s) {
   s->vertices.insert(s->vertices.end(), ordering.landmarks.begin(), ordering.landmarks.end());
 }
 
-[[maybe_unused]] const bool added = GraphScene::Add({{"pose on paper", &PoseOnPaper},
+[[maybe_unused]] const bool free_added = GraphScene::Add({{"pose on paper", &PoseOnPaper},
                                                      {"vertices of a type", &VerticesOfAType},
                                                      {"vertices of all types", &VerticesOfAllTypes},
                                                      {"free graph", &BuildFreeGraph}});

@@ -126,7 +126,7 @@ const std::map<std::string, void (*)(Window*)>& Builds() {
   return builds;
 }
 
-[[maybe_unused]] const bool added = [] {
+[[maybe_unused]] const bool windows_added = [] {
   for (const auto& build : Builds()) {
     Scene::Add(build.first, [](const std::string& name, const Scene::Sizes&) {
       return std::unique_ptr<Scene>(new WindowScene(name));
