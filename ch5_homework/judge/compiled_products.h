@@ -56,10 +56,31 @@ struct OfDoubles {
   }
 };
 
+/// As Eigen's of small matrices.
 template <typename L, typename R>
-using Product = std::conditional_t<
-    std::is_same_v<typename L::Scalar, double> && std::is_same_v<typename R::Scalar, double>, OfDoubles<L, R>,
-    Eigen::internal::generic_product_impl<L, R, Eigen::DenseShape, Eigen::DenseShape, Eigen::CoeffBasedProductMode>>;
+struct OfOthers {
+  template <typename M>
+  static void evalTo(M& to, const L& lhs, const R& rhs) {
+    to.noalias() = lhs.lazyProduct(rhs);
+  }
+  template <typename M>
+  static void addTo(M& to, const L& lhs, const R& rhs) {
+    to.noalias() += lhs.lazyProduct(rhs);
+  }
+  template <typename M>
+  static void subTo(M& to, const L& lhs, const R& rhs) {
+    to.noalias() -= lhs.lazyProduct(rhs);
+  }
+  template <typename M, typename Factor>
+  static void scaleAndAddTo(M& to, const L& lhs, const R& rhs, const Factor& factor) {
+    to.noalias() += factor * lhs.lazyProduct(rhs);
+  }
+};
+
+template <typename L, typename R>
+using Product =
+    std::conditional_t<std::is_same_v<typename L::Scalar, double> && std::is_same_v<typename R::Scalar, double>,
+                       OfDoubles<L, R>, OfOthers<L, R>>;
 }  // namespace ch5::compiled
 
 namespace Eigen::internal {
@@ -90,6 +111,9 @@ namespace Eigen::internal {
   struct generic_product_impl<Inverse<A>, R, DenseShape, DenseShape, kind> : ch5::compiled::Product<Inverse<A>, R> {}
 CH5_COMPILED(GemmProduct);
 CH5_COMPILED(GemvProduct);
+#ifdef CH5_SMALL_PRODUCTS  // too: not of the tests, which compare the library with Eigen to the bit
+CH5_COMPILED(CoeffBasedProductMode);
+#endif
 
 template <typename M>
 struct compute_inverse<M, MatrixXd, Dynamic> {
