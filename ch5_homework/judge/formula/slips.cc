@@ -232,24 +232,10 @@ class Search {
       }
       for (const Site& site : sites) {
         if (found_ || IsLate()) return found_;
-        // A variable is written once: a slip in it is wherever it is used; another one stands for it at one place.
-        const bool is_written_once = uses[site.x.get()] > 1 && !site.x->name.empty() && !site.x->parts.empty() &&
-                                     rule != &AnotherForIt && rule != &Transposed;
         may_be_elsewhere_ = MayBeElsewhere(rule, site, sites);
         rule(
             {site.x, site.is_whole, formula_, got_, named, earlier_, [&](const Text& cause, const Expression& instead) {
-               if (found_) return;
-               if (!instead) {
-                 if (IsAsked(cause)) found_ = Mistake{site.todo, cause, got_};
-                 return;
-               }
-               const bool is_of_kind = instead->kind == Kind::kAssembly && !instead->todo.empty();
-               if (!is_written_once) {
-                 Try(cause, is_of_kind ? instead->todo : site.todo, ReplaceAt(way, site.path, 0, instead));
-               }
-               if (uses[site.x.get()] < 2) return;
-               Try(cause, site.todo,
-                   ReplaceAll(way, [&](const Expression& x) { return x == site.x ? instead : nullptr; }));
+               if (!found_) TryAt(site, uses[site.x.get()], rule, way, cause, instead);
              }});
       }
     }
@@ -257,6 +243,24 @@ class Search {
   }
 
  private:
+  /// At one place, and at all that use the same. A variable is written once: a slip in it is wherever it is used; another one
+  /// stands for it at one place.
+  void TryAt(const Site& site, int uses, Rule rule, const Expression& way, const Text& cause,
+             const Expression& instead) {
+    if (!instead) {
+      if (IsAsked(cause)) found_ = Mistake{site.todo, cause, got_};
+      return;
+    }
+    const bool is_of_kind = instead->kind == Kind::kAssembly && !instead->todo.empty();
+    const bool is_written_once =
+        uses > 1 && !site.x->name.empty() && !site.x->parts.empty() && rule != &AnotherForIt && rule != &Transposed;
+    if (!is_written_once) {
+      Try(cause, is_of_kind ? instead->todo : site.todo, ReplaceAt(way, site.path, 0, instead));
+    }
+    if (uses < 2) return;
+    Try(cause, site.todo, ReplaceAll(way, [&](const Expression& x) { return x == site.x ? instead : nullptr; }));
+  }
+
   /// The same slip in every turn of a loop, or in the turns of one kind.
   void TryFamily(Rule rule, const Expression& way, const Family& family, const std::vector<KindOfShare>& kinds) {
     struct OfAll {
