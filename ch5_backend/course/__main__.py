@@ -56,7 +56,7 @@ FORWARDING = ("test", "slides")  # to CTest and the builder, what follows --; el
 
 def unknown(command: str) -> dict:
     """The message for an unknown command, with the one that was probably meant."""
-    near = ["check --watch"] if command == "watch" else difflib.get_close_matches(command, [*COMMANDS, "help"], n=1)
+    near = difflib.get_close_matches(command, [*COMMANDS, "help"], n=1)
     if near:
         return language.sentence("command.did_you_mean", command=command, meant=near[0])
     return language.sentence("command.unknown", command=command, commands=", ".join([*COMMANDS, "help"]))

@@ -105,7 +105,7 @@ class Documents(unittest.TestCase):
     def test_commands_that_are_named_exist(self):
         named = {word for path in [*ALL, *PAPERS, *DECKS] for word in re.findall(r"\./course (\w+)", read(path))}
         self.assertLessEqual({"run", "test", "check", "status", "slides"}, named)
-        self.assertLessEqual(named, {"help", *COMMANDS})  # that each has help: tests/conventions/command_line_test.py
+        self.assertLessEqual(named, {"help", "watch", *COMMANDS})  # that each has help: tests/conventions/command_line_test.py
 
     def test_modules_that_are_named_exist(self):
         named = {(path.name, program) for path in (*ALL, *LIBRARY, *PAPERS, *DECKS, ROOT / "tests/grading/MUTANTS.md")
