@@ -48,7 +48,7 @@ def hand_facts(tables):
 def study_facts(tables):
     fill = tables("marginalize_fill")
     frames, points = typed_in(f"{STUDIES}/marginalize_study.cc", r"kFrames = (\d+), kPoints = (\d+)")
-    seconds, outliers = map(float, typed_in(f"{STUDIES}/odometry_study.cc", r"duration = ([\d.]+);.*outlier_fraction = ([\d.]+);"))
+    seconds, outliers = map(float, typed_in(f"{STUDIES}/odometry_study.cc", r"duration=\*/([\d.]+),.*outlier_fraction = ([\d.]+);"))
     return {"fill": fill, "fill.frames": frames, "fill.points": points,
             "fill.null": " / ".join(sorted({f"{dimension:.0f}" for dimension in fill["null_dimension"]})),
             "prior": tables("slide_priors", stage="after"), "flights": tables("odometry_policies"),
@@ -78,7 +78,7 @@ def slide_facts(tables):
         for fate in ("prior", "again", "lost", "stays"):
             facts[f"fate.{policy}_{fate}"] = str(sum(one["fate"] == fate for one in observations))
     frames = int(typed_in(f"{STUDIES}/window/flight.h", r"kFlightWindow = (\d+)"))
-    keyframes, temporal = typed_in(f"{STUDIES}/window/flight.cc", r"keyframes = (\d+).*temporal_frames = (\d+)")
+    keyframes, temporal = typed_in(f"{STUDIES}/window/flight.cc", r"keyframes=\*/(\d+).*temporal_frames=\*/(\d+)")
     facts.update({"slide.frames": str(frames), "slide.okvis_temporal": temporal,
                   "slide.okvis_c": str(frames - int(temporal) - 1), "slide.okvis_keyframes": keyframes,
                   "slide.landmarks": str(len(set(tables("slide_observations", policy="vins")["landmark"].tolist())))})

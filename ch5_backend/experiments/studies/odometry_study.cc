@@ -251,7 +251,7 @@ void Follow(std::unique_ptr<WindowPolicy> policy, const EstimatorOptions& option
 }  // namespace
 
 Recording SimulatedOdometryRecording(uint64_t seed) {
-  HandheldOptions path{20.0, /*standstill_seconds=*/2.0};
+  HandheldOptions path{/*duration=*/20.0, /*standstill_seconds=*/2.0};
   path.seed = seed;
   SimulationOptions options;
   options.imu.seed = seed;
