@@ -142,9 +142,12 @@ class Tables:
         if self.kept and (self.kept / path.name).exists():
             path = self.kept / path.name
         if not path.exists():
-            ways = ["run ./course run first"] * (self.folder != self.kept)
-            ways += [f"git checkout {self.kept} brings back the tables that the project keeps"] * bool(self.kept)
-            raise TableError("; ".join([f"{path} is missing", *ways]))
+            words = [f"{path} is missing"]
+            if self.folder != self.kept:
+                words.append("run ./course run first")
+            if self.kept:
+                words.append(f"git checkout {self.kept} brings back the tables that the project keeps")
+            raise TableError("; ".join(words))
         table = read(path.parent, path.stem, folder="")
         if old := set(where) - set(table.columns):
             raise TableError(f"{name}.csv has no column {', '.join(sorted(old))}: run ./course run again")

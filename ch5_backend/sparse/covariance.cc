@@ -42,7 +42,7 @@ class Covariance::Factorization : public ReducedSolver {
 
 Covariance::Covariance(Graph* graph, const Selection& selection, CovarianceFactor factor, int threads,
                        const std::vector<HeldDirections>& held)
-    : vertices_(GraphPointer(graph)->Vertices()), solver_(std::make_unique<SparseSolver>(graph, threads)) {
+    : solver_(std::make_unique<SparseSolver>(graph, threads)), vertices_(graph->Vertices()) {
   auto factorization = std::make_unique<Factorization>(factor);
   factorization_ = factorization.get();
   solver_->SetReducedSolver(std::move(factorization));

@@ -64,12 +64,11 @@ class Covariance {
   MatXX PoseBlock(int i, int j);
   void Project(int pose, Eigen::Ref<MatXX> rows) const;
 
-  /// Kept alive: a new vertex at the address of a freed one would have its numbers.
-  std::vector<std::shared_ptr<Vertex>> vertices_;
   std::unique_ptr<SparseSolver> solver_;
   Factorization* factorization_;                                            // belongs to the solver
   std::unordered_map<const Vertex*, int> pose_numbers_, landmark_numbers_;  // in the solver's structure
-  std::unordered_map<int, MatXX> projections_;                              // Π of held poses, see HoldPoses
+  std::vector<std::shared_ptr<Vertex>> vertices_;  // else a new one at the address of a freed one has its numbers
+  std::unordered_map<int, MatXX> projections_;     // Π of held poses, see HoldPoses
   std::unique_ptr<SelectedInverse> inverse_;
   std::map<int, MatXX> columns_;  // of S⁻¹, where the selected inverse did not do
 };

@@ -40,19 +40,27 @@ void Multiply(double factor, const View<const double>& A, const View<const doubl
   }
 }
 
+// The row from k on whose entry of column k is the largest.
+static std::ptrdiff_t PivotOf(const View<double>& A, std::ptrdiff_t k) {
+  std::ptrdiff_t pivot = k;
+  for (std::ptrdiff_t i = k; i < A.rows; ++i) {
+    if (std::abs(A(i, k)) > std::abs(A(pivot, k))) pivot = i;
+  }
+  return pivot;
+}
+
+static void ExchangeRows(const View<double>& A, std::ptrdiff_t k, std::ptrdiff_t l) {
+  for (std::ptrdiff_t j = 0; j < A.columns; ++j) std::swap(A(k, j), A(l, j));
+}
+
 void Invert(const View<double>& A, const View<double>& inverse) {
   const std::ptrdiff_t n = A.rows;
   for (std::ptrdiff_t i = 0; i < n; ++i) {
     for (std::ptrdiff_t j = 0; j < n; ++j) inverse(i, j) = i == j ? 1.0 : 0.0;
   }
   for (std::ptrdiff_t k = 0; k < n; ++k) {
-    std::ptrdiff_t pivot = k;
-    for (std::ptrdiff_t i = k; i < n; ++i) {
-      if (std::abs(A(i, k)) > std::abs(A(pivot, k))) pivot = i;
-    }
-    for (const View<double>& M : {A, inverse}) {
-      for (std::ptrdiff_t j = 0; j < n; ++j) std::swap(M(k, j), M(pivot, j));
-    }
+    const std::ptrdiff_t pivot = PivotOf(A, k);
+    for (const View<double>& M : {A, inverse}) ExchangeRows(M, k, pivot);
     for (std::ptrdiff_t i = 0; i < n; ++i) {
       const double times = A(i, k) / A(k, k);
       for (const View<double>& M : {A, inverse}) {
@@ -117,13 +125,10 @@ void Reflect(const View<double>& A, const View<const double>& V, const double* h
 int Factor(const View<double>& A, int* pivots) {
   int transpositions = 0;
   for (std::ptrdiff_t k = 0; k < A.rows; ++k) {
-    std::ptrdiff_t pivot = k;
-    for (std::ptrdiff_t i = k; i < A.rows; ++i) {
-      if (std::abs(A(i, k)) > std::abs(A(pivot, k))) pivot = i;
-    }
+    const std::ptrdiff_t pivot = PivotOf(A, k);
     pivots[k] = static_cast<int>(pivot);
     transpositions += pivot != k;
-    for (std::ptrdiff_t j = 0; j < A.columns; ++j) std::swap(A(k, j), A(pivot, j));
+    ExchangeRows(A, k, pivot);
     for (std::ptrdiff_t i = k + 1; i < A.rows && A(k, k) != 0.0; ++i) {
       A(i, k) /= A(k, k);
       for (std::ptrdiff_t j = k + 1; j < A.columns; ++j) A(i, j) -= A(i, k) * A(k, j);

@@ -3,6 +3,7 @@
 import json
 import random
 import re
+from pathlib import Path
 
 from tests.experiments.programs_under_test import AppTest, contents, real, table
 from tests.project import ROOT, run
@@ -125,9 +126,26 @@ class BalApp(AppTest):
             trace.write_text("\n".join([head, *map(",".join, cells), ""]))
             self.draw()
 
+    def test_full_disk_touches_no_old_result(self):
+        self.solve(self.good, "--out", self.out, "--iterations", 1)
+        # The disk is full from the last table on: all other files are complete, and must not appear.
+        (self.out / "summary.csv").unlink()
+        (self.out / "summary.csv").symlink_to("/dev/full")
+        self.refuses_to_write("summary.csv: No space left on device")
+        self.assertTrue(Path("/dev/full").is_char_device())
+
     def test_the_input_is_not_overwritten(self):
-        for name in ("points.csv", "summary.csv"):  # the last one: all others are complete, and must not appear
+        for name in ("points.csv", "summary.csv"):
             path = self.write(name, GOOD)
             self.refuses(path, "--out", self.folder,
                          message=f"cannot write {path}: it is the input; choose another folder for the results")
             path.unlink()
+
+    def refuses_to_write(self, what, **options):
+        before = {name: (self.out / name).read_bytes() for name in RESULTS if not (self.out / name).is_symlink()}
+        done = self.program(self.good, "--out", self.out, **options)
+        self.assertEqual(done.returncode, 2)
+        self.assertEqual(done.stderr, f"ch5_bal: cannot write {self.out}/{what}\n")
+        self.assertEqual({path.name for path in self.out.iterdir()}, RESULTS)
+        for name, content in before.items():
+            self.assertEqual((self.out / name).read_bytes(), content, name)

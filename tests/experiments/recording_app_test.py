@@ -88,9 +88,16 @@ class RecordingApp(AppTest):
             self.assertLess(float(row["ate_m"]), 0.2)
             self.assertLess(abs(float(row["scale_error"])), 0.1)
             self.assertEqual(row["restarts"], "0")
-            lines = (self.out / f"{row['policy']}.tum").read_text().splitlines()  # their format: trajectory_formats_test.py
-            self.assertEqual(len(lines), int(row["frames"]), "one for each image that was answered")
-            self.assertGreater(len(lines), 80)
+            # TUM: t x y z qx qy qz qw, times ascending, one line for each image that was answered.
+            text = (self.out / f"{row['policy']}.tum").read_text()
+            tum = [list(map(float, line.split())) for line in text.splitlines()]
+            self.assertEqual(len(tum), int(row["frames"]))
+            self.assertGreater(len(tum), 80)
+            self.assertEqual([len(state) for state in tum], [8] * len(tum))
+            times = [state[0] for state in tum]
+            self.assertTrue(all(a < b for a, b in zip(times, times[1:])))
+            for state in tum:
+                self.assertAlmostEqual(sum(q * q for q in state[4:]), 1.0, places=9)
             windows = [line for line in table(self.out / "csv" / "odometry_windows.csv")
                        if line["policy"] == row["policy"]]
             self.assertEqual(len(windows), 161, "one row an image")

@@ -68,8 +68,10 @@ def run_grade(arguments) -> int:
         if not records and not submissions:
             if not arguments.rename:
                 raise CourseError(f"{out}: nothing was graded there yet; name the submissions")
-            words = say("grade.learned", names=say("grade.list").join(learned) or "–", path=str(out))
-            jsonout.emit({"out": str(out), "records": []}) if arguments.json else print(words)
+            if arguments.json:
+                jsonout.emit({"out": str(out), "records": []})
+            else:
+                print(say("grade.learned", names=say("grade.list").join(learned) or "–", path=str(out)))
             return 0
         marks, lost = classbook.settle(book, records, points) if book else ([], [])
         if not arguments.shard:

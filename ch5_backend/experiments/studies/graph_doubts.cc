@@ -64,11 +64,11 @@ using Fits = std::array<bool, kMeanings.size()>;
 constexpr double kNearby = 0.25;
 Fits FitsOf(const Edge& edge, const Misfit& as_is) {
   constexpr double kGain = 20.0;
+  const Transform measured = *MeasurementOf(edge);
   Fits fits;
   for (size_t k = 0; k < kMeanings.size(); ++k) {
-    const Transform T_z = kMeanings[k].read(*MeasurementOf(edge));
-    const auto other_edge = MakeBetween(edge.Vertices()[0], edge.Vertices()[1], T_z, edge.Information());
-    const Misfit other = MisfitOf(other_edge.get());
+    const auto& ends = edge.Vertices();
+    const Misfit other = MisfitOf(MakeBetween(ends[0], ends[1], kMeanings[k].read(measured), edge.Information()).get());
     fits[k] = other.share < std::min(kNearby, 0.25 * as_is.share) && other.chi2 * kGain < as_is.chi2;
   }
   return fits;

@@ -166,10 +166,8 @@ class Mine:
         return "–" if summary is None else int(summary["restarts"][0])
 
     def error_at_end(self, experiment, side):
-        """Distance from the truth at the last image with an estimate [m]; NaN without a truth."""
+        """Distance from the truth at the last image with an estimate [m]."""
         truth, table = self.table(experiment, "solution", "truth"), self.table(experiment, side, "path")
-        if truth is None or table is None:
-            return np.nan
         there = [np.interp(table["t_s"][-1], truth["t_s"], column) for column in points(truth).T]
         return float(np.linalg.norm(self.path(experiment, side)[-1] - there))
 

@@ -58,9 +58,9 @@ def pose_yaml(T_BS) -> str:
 def image_size(file: Path) -> tuple:
     """Width and height of a PNG, JPEG or PGM file, from its head."""
     try:
-        with Image.open(file) as image:
+        with Image.open(file, formats=("PNG", "JPEG", "PPM")) as image:  # the last is PGM, too
             return image.size
-    except OSError as error:
+    except (OSError, Image.DecompressionBombError) as error:
         raise CourseError(f"{file}: neither PNG, JPEG nor PGM, or cut") from error
 
 
