@@ -25,7 +25,7 @@ void PlaceRotations(const std::vector<Edge*>& edges, const std::vector<bool>& is
   };
   for (const Edge* edge : edges) {
     const Mat33 R_i_j_T = MeasurementOf(*edge)->q.conjugate().toRotationMatrix();
-    const double kappa = edge->Information().diagonal().tail<3>().mean();
+    const double kappa = edge->Information().diagonal().tail(edge->ResidualDimension() == 6 ? 3 : 1).mean();
     relaxed.Add<3>(*edge, R_T(*edge, 1) - R_i_j_T * R_T(*edge, 0), -R_i_j_T, Mat33::Identity(),
                    kappa * Mat33::Identity());
   }
@@ -76,6 +76,7 @@ void PlaceByChordalRelaxation(Graph* graph, int threads) {
     PlacePositions(edges, is_held, graph, threads);
   }
   if (const std::vector<Edge*> edges = EdgesOfSize(3, *graph); !edges.empty()) {
+    PlaceRotations(edges, is_held, graph, threads);
     PlaceInPlane(edges, is_held, graph, threads);
   }
 }

@@ -6,7 +6,7 @@
 ///   2. projection  R_i = U diag(1, 1, det UVᵀ) Vᵀ of the singular values R_i = U S Vᵀ: the nearest rotation
 ///   3. positions   min Σ rᵀWr   for these rotations: the graph's own cost, in which positions are linear
 ///
-/// κ is the mean of the rotation's part of W's diagonal. Poses in the plane have a better way: planar.h.
+/// κ is the mean of the rotation's part of W's diagonal. In the plane the rotations are only the beginning: planar.h.
 /// Source: Carlone, Tron, Daniilidis, Dellaert, "Initialization techniques for 3D SLAM", ICRA 2015; Martinec & Pajdla,
 /// "Robust rotation and translation estimation in multiview reconstruction", CVPR 2007.
 

@@ -44,9 +44,10 @@ std::vector<VertexPointer> Walk(const Graph& graph, TreeOrder order, const std::
   std::deque<const Step*> next;
   const auto visit = [&](const VertexPointer& vertex) {
     visited[vertex->Id()] = true;
+    int num_first = 0;  // of two measured steps between neighbors, the one that the file has first is odometry
     for (const Step& step : steps[vertex->Id()]) {
       const bool first = order == TreeOrder::kOdometryFirst && step.is_odometry;
-      next.insert(first ? next.begin() : next.end(), &step);
+      next.insert(first ? next.begin() + num_first++ : next.end(), &step);
     }
   };
   const auto follow = [&] {

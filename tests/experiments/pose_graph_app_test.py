@@ -52,6 +52,7 @@ class PoseGraphApp(AppTest):
         ends = [(i, i + 1) for i in range(39)] + [(i, i + 7) for i in range(33)]
         noise = lambda k, axis: 0.1 * math.sin(7.1 * k + 2.3 * axis)
         edges = [(i, j, tuple(z + noise(k, axis) for axis, z in enumerate(between(i, j)))) for k, (i, j) in enumerate(ends)]
+        scaled = lambda by: lambda i, j, z: (i, j, (by * z[0], by * z[1], z[2]))
         def file(name, change=lambda i, j, z: (i, j, z), W=200):
             rows = [f"VERTEX_SE2 {i} {at[i][0]} {at[i][1]} {turns[i]}" for i in range(40)]
             for i, j, z in edges:
@@ -61,8 +62,10 @@ class PoseGraphApp(AppTest):
         is_loop = lambda i, j: j > i + 1
         for name, path, said in (
                 ("right", file("right"), None),
-                ("millimeters", file("millimeters", lambda i, j, z: (i, j, (1000 * z[0], 1000 * z[1], z[2]))), "the first in line 41, have positions 1000 times"),
-                ("loops", file("loops", lambda i, j, z: (i, j, (1000 * z[0], 1000 * z[1], z[2])) if is_loop(i, j) else (i, j, z)), "line 80, have positions 1000 times"),
+                ("millimeters", file("millimeters", scaled(1000)), "the first in line 41, have positions 1000 times"),
+                ("poses", file("poses", scaled(0.001)), "are the poses in millimeters?"),
+                ("drift where a place is seen again", file("drift", lambda i, j, z: scaled(0.01 if (i, j) == (0, 7) else 1)(i, j, z)), None),
+                ("loops", file("loops", lambda i, j, z: scaled(1000 if is_loop(i, j) else 1)(i, j, z)), "line 80, have positions 1000 times"),
                 ("swapped", file("swapped", lambda i, j, z: (j, i, z) if is_loop(i, j) else (i, j, z)), "from the second pose to the first: exchange their two ids"),
                 ("covariance", file("covariance", W=1 / 200), "are the last numbers of the edges covariances?")):
             with self.subTest(name):

@@ -104,7 +104,7 @@ TEST(PoseGraphStart, PerfectMeasurementsGiveBackTheTruth) {
   }
 }
 
-// Four poses on a line, a meter apart; the edge 0 → 3 claims 2 m.
+// Four poses on a line, a meter apart; the edge 0 → 3 claims 2 m, and a second one 1 → 2 claims nothing.
 TEST(PoseGraphStart, TreesWorkedByHand) {
   const auto x_of = [](TreeOrder order) {
     Scene scene(false);
@@ -113,6 +113,7 @@ TEST(PoseGraphStart, TreesWorkedByHand) {
     Vec6 error = Vec6::Zero();
     error[0] = -1.0;
     scene.Measure(0, 3, error);
+    scene.Measure(1, 2, error);
     PlaceAlongTree(order, &scene.graph);
     Eigen::Vector4d x;
     for (int k = 0; k < 4; ++k) x[k] = PoseOf(*scene.graph.Vertices()[k])->p.x();
@@ -297,25 +298,27 @@ TEST(PoseGraphStart, TheLeastCostIsTaken) {
   }
 }
 
-// Poses in rings around a sphere, each tied to the next and to the one above; σ = 0.4 m and 0.4 rad.
+// Poses in rings around a sphere, in the plane along a spiral, each tied to the next and to the one above; σ = 0.4 m and 0.4 rad.
 void MakeSphere(int rings, int poses_a_ring, uint64_t seed, Scene* scene) {
   Random random(seed);
   const int n = rings * poses_a_ring;
   for (int k = 0; k < n; ++k) {
-    const double longitude = 2.0 * M_PI * k / poses_a_ring, latitude = M_PI * (static_cast<double>(k) / n - 0.5);
+    const double share = static_cast<double>(k) / n, longitude = 2.0 * M_PI * k / poses_a_ring;
+    const double latitude = scene->spatial ? M_PI * (share - 0.5) : 0.0,
+                 radius = scene->spatial ? 10.0 : 10.0 + 20.0 * share;
     const Qd q = Qd(Eigen::AngleAxisd(longitude, Vec3::UnitZ())) * Qd(Eigen::AngleAxisd(-latitude, Vec3::UnitY()));
-    scene->AddPose({q, q * Vec3(10, 0, 0)});
+    scene->AddPose({q, q * Vec3(radius, 0, 0)});
   }
   for (int k = 0; k + 1 < n; ++k) {
-    scene->Measure(k, k + 1, Noise(&random, true, 0.4));
-    if (k + poses_a_ring < n) scene->Measure(k, k + poses_a_ring, Noise(&random, true, 0.4));
+    scene->Measure(k, k + 1, Noise(&random, scene->spatial, 0.4));
+    if (k + poses_a_ring < n) scene->Measure(k, k + poses_a_ring, Noise(&random, scene->spatial, 0.4));
   }
 }
 
 // Where the path's errors add up to many turns, its valley is not the truth's.
 TEST(PoseGraphStart, LargeNoiseNeedsTheChordalStart) {
-  const auto optimum_from = [](PoseGraphStart start) {
-    Scene scene(true);
+  const auto optimum_from = [](bool spatial, PoseGraphStart start) {
+    Scene scene(spatial);
     MakeSphere(20, 10, 60, &scene);
     scene.Hold(0);
     if (start == PoseGraphStart::kGiven) {
@@ -329,9 +332,11 @@ TEST(PoseGraphStart, LargeNoiseNeedsTheChordalStart) {
     options.cost_tolerance = 1e-9;
     return optimizer.Solve(options).final_cost;
   };
-  const double from_truth = optimum_from(PoseGraphStart::kGiven);
-  EXPECT_LT(optimum_from(PoseGraphStart::kChordal), from_truth * (1 + 1e-6));
-  EXPECT_GT(optimum_from(PoseGraphStart::kOdometry), from_truth * 1.01);
+  for (const bool spatial : {true, false}) {
+    const double from_truth = optimum_from(spatial, PoseGraphStart::kGiven);
+    EXPECT_LT(optimum_from(spatial, PoseGraphStart::kChordal), from_truth * (1 + 1e-6)) << spatial;
+    EXPECT_GT(optimum_from(spatial, PoseGraphStart::kOdometry), from_truth * 1.01) << spatial;
+  }
 }
 
 }  // namespace

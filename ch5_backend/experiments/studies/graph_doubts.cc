@@ -23,7 +23,7 @@ Transform Scaled(const Transform& T_z) {
   return {T_z.q, T_z.p * (static_cast<double>(kTimes) / kBy)};
 }
 
-constexpr size_t kUnits = 4;  // so many of them are of units
+constexpr size_t kUnits = 4;  // so many of them are of units, the first two of a measurement's
 constexpr std::array<OtherMeaning, 7> kMeanings = {{
     {"positions 1000 times what the poses say",
      "are they in millimeters? divide x, y and z by 1000, and multiply W's rows and columns of them by 1000",
@@ -102,8 +102,9 @@ std::string DoubtsOfMeasurements(const G2oFile& file) {
     for (const auto& [line, fits] : misfits)
       for (size_t k = 0; k < fits.size(); ++k) counts[k] += fits[k];
     const size_t k = std::max_element(counts.begin(), counts.end()) - counts.begin();
-    // Among edges that drift spoils, a few are by chance nearer to another direction or sign; a factor of 100 is no chance.
-    const size_t fewest = k < kUnits ? 1 : std::max<size_t>(3, all / 200);
+    // Among edges that drift spoils, a few are by chance nearer to another direction or sign; a measurement 100 times too long is
+    // no chance. That poses lie 100 times too far apart is one where a place is seen again: of their unit most edges tell.
+    const size_t fewest = k < kUnits / 2 ? 1 : k < kUnits ? all / 2 : std::max<size_t>(3, all / 200);
     if (counts[k] < fewest) return text.str();
     const auto explained = [&](const auto& misfit) { return misfit.second[k]; };
     text << counts[k] << " of " << all << " edges, the first in line "
