@@ -62,6 +62,8 @@ class Sheets(InAFolder):
         for line, told in (("7,Ada,,1.2=99,too kind", "class.csv:2: override of 1.2: must be a number from 0 to 14, got '99'"),
                            ("7,Ada,,1.2=9,", "class.csv:2: an override needs its reason, got '1.2=9'"),
                            ("7,Ada,,9=1,x", "class.csv:2: override: such as 1.2=10; there are the stages 1.1, 1.2, got '9=1'"),
+                           ("7,Ada,,1.2=9; 1.2＝8,x", "class.csv:2: override of 1.2 is there twice, got '1.2=9; 1.2＝8'"),
+                           ('7,"Ada\n8,Bob', "class.csv:2: cannot be read as a table: unexpected end of data"),
                            ("7,Ada,soon,,", "class.csv:2: a time is written 2026-12-01T18:30, got 'soon'"),
                            ("7,Ada,,,,,,", "class.csv:2: more cells than the header has, got ''"),
                            ("7,Ada\n7,Bob", "class.csv:3: this id is also in line 2, got '7'"),
@@ -76,6 +78,11 @@ class Sheets(InAFolder):
             self.read("who", "Ada")
         with self.assertRaisesRegex(CourseError, "read proof /10: must be a number from 0 to 10, got '11'"):
             self.read("id,name,read proof /10", "7,Ada,11")
+        with self.assertRaisesRegex(CourseError, "class.csv:1: this column is there twice, got 'read proof /10'"):
+            self.read("id,name,read proof /10,Read proof /10", "7,Ada,11,3")
+        self.path.write_bytes(b"PK\3\4" + bytes(99))
+        with self.assertRaisesRegex(CourseError, "class.csv: is a workbook"):
+            classbook.read_class(self.path, POINTS)
         for raw in (b"\xff\xfe\x00", b"id,name\n7,\x81\xff\n"):
             self.path.write_bytes(raw)
             with self.assertRaisesRegex(CourseError, "class.csv: cannot be read as a table"):
@@ -109,6 +116,10 @@ class Settled(InAFolder):
         self.assertEqual([(name, speaker("en").text(why)) for name, why in lost],
                          [("12-123", "may belong to 12 (Ada), 123 (Bob); write its name into the column submissions of the right one")])
         self.assertIn("12-123 may be theirs", gradebooks.status(marks[0], speaker("en")))
+
+    def test_a_name_in_the_sheet_that_nobody_handed_in_is_told(self):
+        book = self.read("id,name,submissions", "7,Ada,first；second", "8,Bob,third.zip")
+        self.assertEqual([(one.id, name) for one, name in classbook.not_there(book, [record("First"), record("third.zip")])], [("7", "second")])
 
     def test_who_handed_in_nothing_has_a_row_and_no_number(self):
         mark = self.settled(self.read("id,name", "7,Ada"))["7"]
@@ -149,7 +160,7 @@ class Settled(InAFolder):
             self.assertEqual((mark.days, mark.lost), ({"1.1": days, "1.2": 0}, 1.2 * days), time)
         self.assertEqual(due["1.2"], datetime.fromisoformat("2026-12-09T00:00").astimezone())
         self.assertEqual(classbook.read_due("1.2=2026-12-08T23:59:59", POINTS), {"1.2": due["1.2"]})
-        for text in ("noon", "9=2026-12-01"):
+        for text in ("noon", "9=2026-12-01", "9999-12-31", "2026-12-01; 2026-12-02", "1.1=2026-12-01; 1.1=2026-12-02"):
             with self.assertRaisesRegex(CourseError, f"got '{text}'"):
                 classbook.read_due(text, POINTS)
 

@@ -71,6 +71,10 @@ class Submissions(FolderTest):
         self.assertEqual([ENGLISH.text(fault) for fault in found.faults],
                          ["gauge_prior.cc is missing, but there is gaugeprior.cpp; if that is meant, name it gauge_prior.cc",
                           "problem.cc is missing, but there is problem_final.cc; if that is meant, name it problem.cc"])
+        for name in ("problem.cc ", "problem.cc.", "ｐｒｏｂｌｅｍ.cc", "problem.docx", "problem.cc.pdf", "2021_张三_problem.cc", "problem.hpp"):
+            self.assertEqual(self.unread(self.zip((name, CODE), ("gauge_prior.cc", CODE))), ["resembling"], name)
+        for name in ("._problem.cc", "problem.cc.before", "problem.cc.o", "problem.h"):
+            self.assertEqual(self.zip((name, CODE), ("gauge_prior.cc", CODE)).faults, [], name)
         for copy in ("problem_old.cc", "problem (1).cc"):
             found = self.zip((copy, b"old"), ("problem.cc", CODE))
             self.assertEqual((found.files, found.unread), ({"problem.cc": CODE}, []))
@@ -96,6 +100,16 @@ class Submissions(FolderTest):
                          ("y/problem.cc", b"other"))
         self.assertEqual(found.files, {"problem.cc": CODE})
         self.assertEqual(["more than once" in ENGLISH.text(fault) for fault in found.faults], [True])
+
+    def test_of_different_files_of_equal_rank_none_counts(self):
+        for members in ((("x/problem.cc", CODE), ("y/problem.cc", b"other")), (("Problem.cc", CODE), ("PROBLEM.CC", b"other"))):
+            found = self.zip(*members, ("gauge_prior.cc", CODE))
+            self.assertEqual((found.files, self.unread(found)), ({"gauge_prior.cc": CODE}, ["several"]))
+        self.assertEqual(self.zip(("x/problem.cc", CODE), ("y/problem.cc", CODE)).files, {"problem.cc": CODE})
+        self.assertEqual(self.zip(("x/problem.cc", b"1"), ("y/problem.cc", b"2"), ("problem.cc", CODE)).unread, [])
+        clone = self.zip(("c/solutions/problem.cc", b"course's"), ("c/ch5_homework/problem.cc", CODE), ("c/.git/problem.cc", b"x"))
+        self.assertEqual((clone.files, clone.unread), ({"problem.cc": CODE}, []))
+        self.assertEqual(self.tar(("problem.cc", b"old"), ("problem.cc", CODE)).files, {"problem.cc": CODE}, "as tar unpacks it")
 
     def test_a_bomb_is_not_unpacked(self):
         found = self.zip(("problem.cc", bytes(200 << 20)), ("gauge_prior.cc", CODE))

@@ -14,6 +14,7 @@ that two may claim, of a student who has handed in nothing.
 
 import math
 import re
+import unicodedata
 from dataclasses import dataclass, field
 from datetime import datetime, timedelta
 from pathlib import Path
@@ -23,7 +24,8 @@ from ..base.language import sentence
 from .owners import CANVAS, folded, look_alike, owners_of, squeezed
 from .roster import FIRST, IDS, LAST, Table, id_of, name_of, participant, read_table
 
-READ = re.compile(r"read (?P<what>.+?) */ *(?P<points>\d+(\.\d+)?)")
+READ = re.compile(r"read (?P<what>.+?) */ *(?P<points>\d+(\.\d+)?)", re.IGNORECASE)
+DECIDED = ("submissions", "handed_in", "excused", "override", "reason")
 SENT = ("last modified (submission)", "最后修改（学生）", "最后修改（提交）")
 SENT_AS = ("%A, %d %B %Y, %I:%M %p", "%A, %B %d, %Y, %I:%M %p", "%Y-%m-%d %H:%M", "%Y-%m-%d %H:%M:%S")
 CHINESE_TIME = re.compile(r"(\d{4})年(\d+)月(\d+)日\D*?(上午|下午)?\s*(\d+):(\d+)\D*")
@@ -101,6 +103,9 @@ def read_class(path: Path, points: dict) -> Class:
     if not named:
         raise CourseError(f"{path}:1: needs the columns id and name (学号, 姓名), or is an export of Canvas, Moodle or Gradescope, "
                           f"got '{', '.join(column.strip() for column in table.header)}'")
+    columns = [column.strip().lower() for column in table.header]
+    if twice := [column for column in columns if columns.count(column) > 1 and (column in DECIDED or READ.fullmatch(column))]:
+        refuse(path, 1, "this column is there twice", twice[0])
     read = {found["what"]: float(found["points"]) for column in table.header if (found := READ.fullmatch(column.strip()))}
     students, seen = [], {}
     for line, cells in table.rows:
@@ -141,6 +146,8 @@ def read_student(table: Table, line: int, cells: list, id: str, points: dict) ->
         stage, _, value = (piece.strip() for piece in part.partition("="))
         if stage not in points:
             refuse(path, line, "override: such as 1.2=10; there are the stages " + ", ".join(points), part)
+        if stage in student.override:
+            refuse(path, line, f"override of {stage} is there twice", cell("override"))
         student.override[stage] = number(path, line, f"override of {stage}", value, 0, points[stage])
     student.reason = cell("reason")
     if student.override and not student.reason:
@@ -153,7 +160,8 @@ def read_student(table: Table, line: int, cells: list, id: str, points: dict) ->
 
 
 def parts(text: str) -> list:
-    return [part.strip() for part in text.split(";") if part.strip()]
+    """A list by ; or the wide ；, as in 4＝8.5；5＝9."""
+    return [part.strip() for part in unicodedata.normalize("NFKC", text).split(";") if part.strip()]
 
 
 def refuse(path: Path, line: int, what: str, value: str):
@@ -167,32 +175,31 @@ def number(path: Path, line: int, what: str, text: str, low: float, high: float)
         value = math.nan
     if not low <= value <= high:
         refuse(path, line, f"{what}: must be a number from {low:g} to {high:g}", text)
-    return value
+    return value + 0.0  # no -0
 
 
-def read_time(place: str, text: str) -> datetime:
-    """A time with its zone, or the machine's."""
+def read_time(place: str, text: str, length=timedelta()) -> datetime:
+    """A time with its zone, or the machine's, and so much later."""
     try:
-        return datetime.fromisoformat(text).astimezone()
-    except ValueError as error:
+        return datetime.fromisoformat(text).astimezone() + length
+    except (ValueError, OverflowError) as error:
         raise CourseError(f"{place}: a time is written 2026-12-01T18:30, got '{text}'") from error
 
 
 def read_due(text: str, stages) -> dict:
     """{stage: the end of its time} of "2026-12-01T23:59; 4=2026-12-08T23:59": a time without a stage is that of all others. Up to
     the end of the minute, the second or the day that is named."""
-    due, others = {}, None
+    due = {}
     for part in parts(text):
         stage, given, time = ("", "", part) if "=" not in part else (piece.strip() for piece in part.partition("="))
         if given and stage not in stages:
             raise CourseError(f"--due: such as 4=2026-12-08T23:59; there are the stages {', '.join(stages)}, got '{part}'")
         colons = re.sub(r"[+-]\d\d:\d\d$", "", time).count(":")
         length = timedelta(days=1) if ":" not in time and "T" not in time else timedelta(minutes=1) if colons < 2 else timedelta(seconds=1)
-        end = read_time("--due", time) + length
-        if given:
-            due[stage] = end
-        else:
-            others = end
+        if stage in due:
+            raise CourseError(f"--due: two times for {stage or 'all others'}, got '{text}'")
+        due[stage] = read_time("--due", time, length)
+    others = due.get("")
     return {stage: due.get(stage, others) for stage in stages if stage in due or others}
 
 
@@ -236,6 +243,12 @@ def settle(book: Class, records: list, points: dict) -> tuple:
 def names_it(record: dict):
     calls = {folded(record["name"]), folded(Path(record["path"]).name)}
     return lambda student: bool(calls & set(map(folded, student.submissions)))
+
+
+def not_there(book: Class, records: list) -> list:
+    """[(student, name)] of what the column submissions gives to somebody, and nobody has handed in."""
+    known = {folded(call) for record in records for call in (record["name"], Path(record["path"]).name)}
+    return [(student, name) for student in book.students for name in student.submissions if folded(name) not in known]
 
 
 def mark_of(book: Class, student: Student, records: list, claimed, points: dict) -> Mark:

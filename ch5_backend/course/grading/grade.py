@@ -23,6 +23,7 @@ from . import anonymous, classbook, gradebooks, likeness, outputs, pages, rename
 from .engines import choose
 from .handed_in import gradescope, listed, named
 from .job import grade
+from .outputs import plain
 from .rubric import STAGE_TABLE, mark, read_rubric
 from .sandbox import Unguarded
 from .submission import collect, handed_in, refuse
@@ -109,6 +110,8 @@ def look_at(records: list, book, marks: list, lost: list, points: dict, say: Spe
     found += [(record["name"], unread(record)) for record in records if record["status"] == "not-read"]
     found += [(record["name"], say("grade.partly_read") + " " + unread(record)) for record in records
               if record["status"] == "graded" and record.get("unread")]
+    found += [(f"{student.id} {student.name}", say("grade.no_such_submission", name=plain(name)))
+              for student, name in (classbook.not_there(book, records) if book else ())]
     if late := [f"{one.student.id} {one.student.name}" for one in marks if classbook.is_late_by_file_time(one)]:
         found.append((say("grade.list").join(late), say("grade.by_a_files_time")))
     most = sum(points.values()) + sum(book.read.values() if book else ())

@@ -26,6 +26,7 @@ FIRST, LAST = ("first name", "firstname", "名", "名字"), ("last name", "lastn
 GRADES = ("grade", "成绩", "分数", "评分", "得分", "成績", "評点", "評定", "bewertung", "note", "calificación", "nota")
 PARTICIPANT = re.compile(r"([^\W\d][^\d]*?) ?(\d+)")
 EATEN = re.compile(r"\d([.,]\d+)?E\+\d+|\d+[.,]0+", re.IGNORECASE)  # 2.02101E+09: what spreadsheets make of a long number
+WORKBOOKS = (b"PK\3\4", b"\xd0\xcf\x11\xe0")  # .xlsx and .ods, .xls
 MARKS_OF_ORDER = ((codecs.BOM_UTF8, "utf-8-sig"), (codecs.BOM_UTF16_LE, "utf-16"), (codecs.BOM_UTF16_BE, "utf-16"))
 
 
@@ -55,17 +56,22 @@ def read_table(path: Path) -> Table:
         raw = path.read_bytes()
     except OSError as error:
         raise CourseError(f"{path}: cannot be read as a table: {error}") from error
+    if raw.startswith(WORKBOOKS):
+        raise CourseError(f"{path}: is a workbook of a spreadsheet program; save it there as CSV and name that file")
     text, encoding = decoded(path, raw)
     lines = text.splitlines()
     told = re.fullmatch(r'"?sep=(.)"?', lines[0].strip()) if lines else None  # what Excel may write on top
     skipped = 1 if told else 0
     first = next((line for line in lines[skipped:] if line.strip()), "")
     delimiter = told[1] if told else max(",;\t", key=lambda one: len(next(csv.reader([first], delimiter=one), [])))
+    reader = csv.reader(io.StringIO("".join(text.splitlines(keepends=True)[skipped:]), newline=""), delimiter=delimiter, strict=True)
+    read, line = [], skipped
     try:
-        reader = csv.reader(io.StringIO("".join(text.splitlines(keepends=True)[skipped:]), newline=""), delimiter=delimiter)
-        read = [(reader.line_num + skipped, cells) for cells in reader if any(cell.strip() for cell in cells)]
-    except csv.Error as error:
-        raise CourseError(f"{path}: cannot be read as a table: {error}") from error
+        for cells in reader:
+            line = reader.line_num + skipped
+            read += [(line, cells)] if any(cell.strip() for cell in cells) else []
+    except csv.Error as error:  # such as a quotation mark that nothing closes: all below it would be one cell
+        raise CourseError(f"{path}:{line + 1}: cannot be read as a table: {error}") from error
     header = read[0][1] if read else []
     for line, cells in read[1:]:
         if len(cells) > len(header):

@@ -25,7 +25,7 @@ from .outputs import plain
 LARGEST = 256 << 10       # bytes of a file; the largest solution has 20,000
 LARGEST_ARCHIVE = 64 << 20  # bytes, and of what a tar unpacks to
 MOST_MEMBERS = 10_000     # of an archive or folder that are looked at
-ARCHIVES = (".zip", ".tar", ".tgz", ".gz", ".bz2", ".xz", ".rar", ".7z")
+ARCHIVES = (".zip", ".tar", ".tgz", ".gz", ".bz2", ".xz", ".rar", ".7z", ".zst", ".lzma")
 SOURCES = (".cc", ".cpp", ".cxx", ".txt")
 OTHER_KINDS = {b"Rar!\x1a\x07": "RAR", b"7z\xbc\xaf\x27\x1c": "7z", b"%PDF": "PDF", b"\xd0\xcf\x11\xe0": "Word"}  # by their first bytes
 COMPRESSIONS = {b"\x1f\x8b": gzip.open, b"BZh": bz2.open, b"\xfd7zXZ": lzma.open}  # of a tar, by its first bytes
@@ -49,7 +49,9 @@ class Submission:
     files: dict = field(default_factory=dict)   # {name: bytes}
     faults: list = field(default_factory=list)
     unread: list = field(default_factory=list)
-    places: dict = field(default_factory=dict)  # {name: (whether misspelled, depth)}
+    source: int = 0                             # of several paths, the newest first
+    places: dict = field(default_factory=dict)  # {name: (whether misspelled, whether among solutions, depth, source)}
+    found: dict = field(default_factory=dict)   # {name: {its path: digest}} of all at that place
     resembling: dict = field(default_factory=dict)  # {name: another one, found in its place}
 
     def key(self) -> str:
@@ -60,13 +62,14 @@ class Submission:
         return digest.hexdigest()
 
     def take(self, path: str, size: int, read) -> None:
-        """Takes a member if it is one of the homework's files. Of two with one name, the one spelled right counts, or the one
-        nearer to the top. `read` is None where it is no usual file."""
+        """Takes a member if it is one of the homework's files. Of two with one name, the one spelled right counts, then one that
+        is not in a clone's folder solutions, then the one nearer to the top; of two with one path the last, as when unpacked.
+        `read` is None where it is no usual file."""
         path = path.replace("\\", "/")  # as some programs on Windows write it into a zip
-        given, depth = PurePosixPath(path).name, len(PurePosixPath(path).parts)
+        given, folders = PurePosixPath(path).name, PurePosixPath(path).parts[:-1]
         name = meant(given)
-        place = (given != name, depth)
-        if "__MACOSX" in path:
+        place = (given != name, "solutions" in folders, len(folders), self.source)
+        if "__MACOSX" in folders or ".git" in folders:
             return
         if not name and (like := resembled(given)):
             self.resembling.setdefault(like, given)
@@ -74,7 +77,7 @@ class Submission:
             self.blame(sentence("submission.not_opened", file=short(given)), True)
         if not name:
             return
-        if name in self.places and self.places[name] <= place:
+        if name in self.places and self.places[name] < place:
             self.blame(sentence("submission.file_twice", file=name))
             return
         try:
@@ -87,7 +90,20 @@ class Submission:
         elif content is None or len(content) > LARGEST:  # a size may lie
             self.blame(sentence("submission.file_too_large", file=name, n=LARGEST >> 10), True)
         else:
+            if self.places.get(name) != place:
+                self.found[name] = {}
             self.places[name], self.files[name] = place, content
+            self.found[name][path] = hashlib.sha256(content).digest()
+
+    def settle(self) -> None:
+        """Of different files at places of equal rank none counts: nobody can tell which is meant."""
+        for name, digests in self.found.items():
+            if several := len(set(digests.values())) > 1:
+                del self.files[name]
+            if len(digests) > 1:
+                one, other = list(digests)[:2]
+                self.blame(sentence("submission.several", file=name, one=short(one), other=short(other)) if several else
+                           sentence("submission.file_twice", file=name), several)
 
     def blame(self, fault: dict, unread: bool = False) -> None:
         """Says a fault once, though an archive may have it ten thousand times."""
@@ -111,9 +127,10 @@ def collect(*paths: Path) -> Submission:
         if not os.path.lexists(path):
             raise CourseError(f"{path}: there is no such submission")
     submission = Submission(first.name if first.is_dir() or is_source(first) else first.stem)
-    for path in paths:
+    for submission.source, path in enumerate(paths):
         if len(paths) == 1 or is_source(path) or path.name.lower().endswith(ARCHIVES):  # beside others, a report is not one
             collect_path(path, submission)
+    submission.settle()
     for name, found in sorted(submission.resembling.items()):
         taken = name in submission.files
         submission.blame(sentence("submission.beside" if taken else "submission.resembling", file=name, found=short(found)), not taken)

@@ -110,7 +110,8 @@ class Toolchain:
                 outcome = self._run([*compiler, "-c", "/submission/empty.cc", "-o", "/out/empty.o"], "empty.cc", b"",
                                     Path(folder), ())
                 if outcome.exit_code:
-                    raise Infrastructure(f"{compiler[0]} does not compile an empty file: {outcome.output.strip()}")
+                    raise Infrastructure(f"{compiler[0]} does not compile an empty file: "
+                                         f"{outcome.output.strip() or 'it was stopped; the machine may be too busy'}")
             worker = shutil.copy(shutil.which("true"), Path(folder) / "out" / "worker")
             outcome = self.box({"/worker": worker}).run(["/worker"])
             if outcome.exit_code:

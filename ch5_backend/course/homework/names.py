@@ -2,9 +2,12 @@
 
 import difflib
 import re
+import unicodedata
 from pathlib import Path
 
 from .regions import FILES
+
+WRITTEN_IN = {"cc", "cpp", "cxx", "c++", "c", "hpp", "txt", "doc", "docx", "pdf", "md", "rtf", "htm", "html"}  # in place of .cc
 
 
 def meant(name: str) -> str:
@@ -14,12 +17,13 @@ def meant(name: str) -> str:
 
 
 def resembled(name: str) -> str:
-    """The homework's file that a name like "problem_final.cc" or "gaugeprior.cpp" may stand for; "" if there is none."""
-    stem, _, ending = name[:60].lower().removesuffix(".txt").partition(".")
-    if ending not in ("cc", "cpp", "cxx", "c"):
+    """The homework's file that a name like "problem_final.cc", "2021_Li_problem.docx" or "gaugeprior.cpp" may stand for; "" if there
+    is none."""
+    stem, *endings = unicodedata.normalize("NFKC", name[-60:]).lower().strip().rstrip(".").split(".")
+    if not endings or not WRITTEN_IN.issuperset(endings):
         return ""
-    begun = [file for file in FILES if stem.startswith(Path(file).stem)]
-    return (begun + difflib.get_close_matches(f"{stem}.cc", FILES, 1, 0.8) + [""])[0]
+    within = [file for file in FILES if Path(file).stem in stem]
+    return (within + difflib.get_close_matches(f"{stem}.cc", FILES, 1, 0.8) + [""])[0]
 
 
 def plain(name: str) -> str:
