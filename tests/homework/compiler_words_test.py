@@ -97,7 +97,8 @@ class WordsOfTheCompiler(unittest.TestCase):
                  "d = std::max(1 / 3, d);": "same type", "m = v.array().sqrt() * m;": "do not mix", "v = v.sqrt();": "whole matrix",
                  "m = m / m;": "does not divide", "m.block(0, 0, 2, 2) = 0;": "cannot be assigned", "m = m + 1e-6;": "cannot be added",
                  "m += 1e-6;": "cannot be added", "m = m.block(0, 0);": "four numbers", "d = seen.contains(1);": "C\\+\\+17",
-                 "for (int i : std::views::iota(0, 3)) d = i;": "C\\+\\+17"}
+                 "for (int i : std::views::iota(0, 3)) d = i;": "C\\+\\+17", "d = d^3;": "std::pow", "<<<<<<< HEAD": "git's",
+                 "```cpp": "between the marks"}
         code = "#include <Eigen/Dense>\n#include <map>\nvoid f(Eigen::MatrixXd& m, Eigen::VectorXd& v, double& d, std::map<int, int>& seen) {\n" \
             + "\n".join(slips) + "\n}\n"
         with tempfile.TemporaryDirectory() as folder:
