@@ -8,6 +8,7 @@
 #include <set>
 #include <stdexcept>
 #include <tuple>
+#include <utility>
 
 #include "ch5_backend/files/csv_reader.h"
 #include "ch5_backend/files/g2o_file.h"
@@ -46,6 +47,7 @@ class Reader {
                       " or " + TagOf(VertexKind::kSE2).name +
                       (file_.unknown.empty() ? "" : ", not with " + std::string(Words(file_.unknown[0].text)[0])));
     }
+    SortVertices();
     CountRepeatedEdges();
     file_.unended = text_.UnendedLine();
     // Last, since a file may name a vertex before it defines it.
@@ -245,6 +247,23 @@ class Reader {
       refuse(line_of_[static_cast<size_t>(pose - angle_of_.begin())], *pose);
     const bool are_many = static_cast<double>(turns.size()) > kShare * static_cast<double>(steps.size());
     if (first && are_many && !are_better(turns, turns_in_degrees)) refuse(first->line, first->numbers[2]);
+  }
+
+  // Ids that follow each other are a path, whatever the order of the lines: g2o writes them as they lie in a hash table.
+  void SortVertices() {
+    if (std::is_sorted(file_.ids.begin(), file_.ids.end())) return;
+    const auto vertices = file_.graph.Vertices();
+    const auto [kinds, lines, angles] = std::tuple(kind_of_, line_of_, angle_of_);
+    std::vector<int> place(vertices.size());
+    file_.graph.Clear();
+    for (auto& [id, index] : index_of_) {
+      const int before = std::exchange(index, file_.graph.AddVertex(vertices[index]));
+      place[before] = index;
+      file_.ids[index] = id;
+      kind_of_[index] = kinds[before], line_of_[index] = lines[before], angle_of_[index] = angles[before];
+    }
+    for (G2oFile::Line& line : file_.lines)
+      if (line.kind == G2oFile::Kind::kVertex) line.index = place[line.index];
   }
 
   void AddPosesOfEdges() {

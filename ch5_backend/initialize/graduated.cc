@@ -5,12 +5,12 @@
 #include <cmath>
 #include <map>
 #include <memory>
-#include <unordered_map>
 #include <unordered_set>
 
 #include "ch5_backend/initialize/spanning_tree.h"
 #include "ch5_backend/math/chi_squared.h"
 #include "ch5_backend/math/median.h"
+#include "ch5_backend/math/option_checks.h"
 #include "ch5_backend/sparse/joint_covariance.h"
 #include "ch5_backend/types/pose_graph/as_transform.h"
 
@@ -71,8 +71,7 @@ double Chi2OfNeighbor(const Edge& loop, const Transform& predicted) {
 double ShareOfLimit(const std::vector<LoopVerdict>& loops, const Graph& graph) {
   constexpr double kTail = 15.0, kLeast = 1e-6;
   constexpr size_t kFewest = 20;
-  std::unordered_map<const Vertex*, int> place;
-  for (const auto& vertex : graph.Vertices()) place.emplace(vertex.get(), static_cast<int>(place.size()));
+  const auto place = NumberPoses(graph);
   std::map<std::pair<int, int>, Transform> steps;  // T_i_j of neighbors, in both directions
   const auto ends = [&](const Edge& edge) {
     return std::pair(place.at(edge.Vertices()[0].get()), place.at(edge.Vertices()[1].get()));
@@ -169,6 +168,9 @@ std::vector<LoopVerdict> GiveUpFalseLoops(const GraduatedOptions& options, Graph
                                           const std::function<void()>& solve) {
   constexpr double kPace = 1.4, kMostMu = 1e6;  // at μ = 1e6 no weight is left between 0 and 1 but at u = 1
   constexpr int kMostRounds = 300;
+  if (!graph) throw GraphError("GiveUpFalseLoops: the graph is null");
+  if (!solve) throw std::invalid_argument("GiveUpFalseLoops: what solves the graph is missing");
+  CheckNotNegative("GraduatedOptions::scale", options.scale);
   const bool truncated = options.surrogate == Surrogate::kTruncated;
   std::vector<LoopVerdict> loops = FindLoops(*graph, options.scale);
   MeasureLoops(&loops);

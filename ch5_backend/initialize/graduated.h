@@ -64,6 +64,7 @@ bool SeparateFalseLoops(const std::vector<LoopVerdict>& loops);
 /// @param graph  at a start that false loops do not spoil: PoseGraphStart::kOdometry
 /// @param solve  lowers the cost of the graph from where it is; a few iterations are enough
 /// @return all loops
+/// @throws std::invalid_argument if the graph or `solve` is missing, or the scale is negative or not a number
 std::vector<LoopVerdict> GiveUpFalseLoops(const GraduatedOptions& options, Graph* graph,
                                           const std::function<void()>& solve);
 

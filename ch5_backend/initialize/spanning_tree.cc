@@ -22,13 +22,12 @@ struct Step {
 std::vector<std::vector<Step>> FindSteps(const Graph& graph) {
   const auto& vertices = graph.Vertices();
   std::vector<std::vector<Step>> steps(vertices.empty() ? 0 : vertices.back()->Id() + 1);
-  std::vector<int> place(steps.size());
-  for (size_t k = 0; k < vertices.size(); ++k) place[vertices[k]->Id()] = static_cast<int>(k);
+  const auto place = NumberPoses(graph);
   for (const auto& edge : graph.Edges()) {
     const std::optional<Transform> T_i_j = MeasurementOf(*edge);
     if (!T_i_j) continue;
     const VertexPointer &i = edge->Vertices()[0], &j = edge->Vertices()[1];
-    const bool is_odometry = std::abs(place[j->Id()] - place[i->Id()]) == 1;
+    const bool is_odometry = std::abs(place.at(j.get()) - place.at(i.get())) == 1;
     steps[i->Id()].push_back({i, j, *T_i_j, is_odometry, edge.get()});
     steps[j->Id()].push_back({j, i, Inverse(*T_i_j), is_odometry, edge.get()});
   }
@@ -77,6 +76,13 @@ std::vector<VertexPointer> Walk(const Graph& graph, TreeOrder order, const std::
 }
 
 }  // namespace
+
+std::unordered_map<const Vertex*, int> NumberPoses(const Graph& graph) {
+  std::unordered_map<const Vertex*, int> numbers;
+  for (const VertexPointer& vertex : graph.Vertices())
+    if (PoseOf(*vertex)) numbers.emplace(vertex.get(), static_cast<int>(numbers.size()));
+  return numbers;
+}
 
 std::vector<VertexPointer> FindRoots(const Graph& graph) {
   return Walk(graph, TreeOrder::kBreadthFirst, [](const Step&) {});

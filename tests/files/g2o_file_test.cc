@@ -47,13 +47,13 @@ TEST_F(G2o, ReadsPosesEdgesAndFixed) {
                             "VERTEX_SE2 1 4 5 0.25\nVERTEX_SE2 0 4 6 0.5\n"
                             "EDGE_SE2 1 0 0 1 -0.25 1 0 0 2 0.1 3\n");
   ASSERT_EQ(file.graph.Vertices().size(), 4u);
-  EXPECT_EQ(file.ids, (std::vector<int64_t>{3, 7, 1, 0}));
-  EXPECT_FALSE(file.graph.Vertices()[0]->IsFixed());
-  EXPECT_TRUE(file.graph.Vertices()[1]->IsFixed());
+  EXPECT_EQ(file.ids, (std::vector<int64_t>{0, 1, 3, 7}));
+  EXPECT_FALSE(file.graph.Vertices()[2]->IsFixed());
+  EXPECT_TRUE(file.graph.Vertices()[3]->IsFixed());
   EXPECT_TRUE(file.unknown.empty());
 
   const auto& edge = dynamic_cast<const EdgeSE3Between&>(*file.graph.Edges()[0]);
-  EXPECT_EQ(edge.Vertices()[1], file.graph.Vertices()[1]);
+  EXPECT_EQ(edge.Vertices()[1], file.graph.Vertices()[3]);
   EXPECT_EQ(edge.p_z(), Vec3(1.5, 0, 0));
   EXPECT_EQ(edge.q_z().z(), 0.6);
   EXPECT_EQ(edge.q_z().w(), 0.8);
@@ -149,6 +149,19 @@ TEST_F(G2o, ALastLineWithoutItsEndIsTold) {
 
 TEST_F(G2o, AnEdgeMayComeBeforeItsVertices) {
   EXPECT_EQ(Read("EDGE_SE2 0 1 1 0 0 1 0 0 1 0 1\nVERTEX_SE2 0 0 0 0\nVERTEX_SE2 1 1 0 0\n").graph.Edges().size(), 1u);
+}
+
+// g2o writes them as they lie in a hash table. Ids are the path, which --gnc trusts; the lines keep their order.
+TEST_F(G2o, VerticesInAnyOrderAreNumberedByTheirIds) {
+  const std::string edges = "EDGE_SE2 4 9 1 0 0 1 0 0 1 0 1\nEDGE_SE2 9 12 1 0 0 1 0 0 1 0 1\n";
+  const std::string text = "VERTEX_SE2 12 2 0 0.5\nVERTEX_SE2 4 0 0 0\nVERTEX_SE2 9 1 0 0\nFIX 12\n" + edges;
+  const G2oFile file = Read(text);
+  EXPECT_EQ(file.ids, (std::vector<int64_t>{4, 9, 12}));
+  for (int k = 0; k < 3; ++k) EXPECT_EQ(file.graph.Vertices()[k]->Parameters()[0], k);
+  EXPECT_TRUE(file.graph.Vertices()[2]->IsFixed());
+  EXPECT_EQ(file.graph.Edges()[0]->Vertices()[1], file.graph.Vertices()[1]);
+  EXPECT_EQ(FormatG2o(file), text);
+  ExpectError("VERTEX_SE2 1 1 0 0\nVERTEX_SE2 0 0 0 90\nEDGE_SE2 0 1 0 -1 0 1 0 0 1 0 1\n", 2, "radians");
 }
 
 // GTSAM's id of x1 has the letter in its highest byte; twice the same edge is CSAIL's too.
@@ -293,7 +306,7 @@ TEST_F(G2o, WritesTheGraphAsItHasBecome) {
   G2oFile file = Read(
       "VERTEX_SE2 1 1 0 0\nVERTEX_SE2 0 0 0 0\nVERTEX_SE2 5 5 0 0\nFIX 1 0\nFIX 1\n"
       "EDGE_SE2 1 0 1 0 0 1 0 0 1 0 1\nEDGE_SE2 0 5 1 0 0 1 0 0 1 0 1\n");
-  file.graph.RemoveVertex(file.graph.Vertices()[0]);
+  file.graph.RemoveVertex(file.graph.Vertices()[1]);
   const auto pose = std::make_shared<VertexSE2>(Vec2(2, 3), 0.5);
   pose->SetFixed();
   file.graph.AddVertex(pose);

@@ -132,6 +132,22 @@ TEST(PoseGraphStart, WhereOdometryBreaksAnotherEdgeBridges) {
   EXPECT_LT(scene.WorstError(), 1e-12);
 }
 
+TEST(PoseGraphStart, ALandmarkBetweenTwoPosesDoesNotBreakThePath) {
+  Scene scene(false);
+  scene.AddPose({});
+  scene.graph.AddVertex(std::make_shared<VertexPointXY>());
+  scene.truth.emplace_back();
+  scene.AddPose({Qd::Identity(), Vec3(1, 0, 0)});
+  scene.AddPose({Qd::Identity(), Vec3(2, 0, 0)});
+  scene.Measure(2, 3);
+  Vec6 error = Vec6::Zero();
+  error[0] = 1.0;
+  scene.Measure(0, 3, error);
+  scene.Measure(0, 2);
+  PlaceAlongTree(TreeOrder::kOdometryFirst, &scene.graph);
+  EXPECT_EQ(PoseOf(*scene.graph.Vertices()[3])->p.x(), 2.0);
+}
+
 TEST(PoseGraphStart, RootsAreTheFixedPosesAndTheFirstOfEachFreePart) {
   Scene scene(true);
   for (int k = 0; k < 8; ++k) scene.AddPose({});

@@ -12,6 +12,7 @@
 #include "ch5_backend/files/recording_file.h"
 #include "ch5_backend/files/tables/text_writer.h"
 #include "ch5_backend/graph/sized_edge.h"
+#include "ch5_backend/initialize/graduated.h"
 #include "ch5_backend/initialize/initialize_pose_graph.h"
 #include "ch5_backend/marginalize/edge_prior.h"
 #include "ch5_backend/marginalize/marginalization_error.h"
@@ -441,6 +442,14 @@ const std::vector<Case> kGraphs = {
      [] { InitializePoseGraph(PoseGraphStart::kChordal, nullptr); }},
     {"no pose graph to choose a start for", "InitializeAtLeastCost: the graph is null",
      [] { InitializeAtLeastCost({PoseGraphStart::kOdometry}, nullptr); }},
+    {"no pose graph to find false loops in", "GiveUpFalseLoops: the graph is null",
+     [] { GiveUpFalseLoops({}, nullptr, [] {}); }},
+    {"nothing to solve with, of false loops", "GiveUpFalseLoops: what solves the graph is missing",
+     [](TwoSteps* g) { GiveUpFalseLoops({}, &g->graph, nullptr); }},
+    {"a scale of NaN, of false loops", "GraduatedOptions::scale = nan",
+     [](TwoSteps* g) {
+       GiveUpFalseLoops({Surrogate::kTruncated, kNaN}, &g->graph, [] {});
+     }},
     {"no graph to marginalize in", "MarginalizeInto: the graph is null", [] { MarginalizeInto(nullptr, {}); }},
     {"an edge of sizes known at run time alone, without their memory",
      "EdgeWithoutMemory: an edge whose sizes are known at run time only needs a TakeJacobians",
