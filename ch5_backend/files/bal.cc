@@ -234,6 +234,10 @@ BalGraph BuildBal(const BalProblem& given, std::shared_ptr<const LossFunction> l
   }
   bal.cameras.assign(cameras.begin(), cameras.end());
   bal.points.assign(points.begin(), points.end());
+  if (VertexPointXYZ::kLocalDimension * points.size() < VertexCameraBAL::kLocalDimension * cameras.size()) {
+    for (const auto& camera : cameras) camera->SetRole(Role::kLandmark);
+    for (const auto& point : points) point->SetRole(Role::kPose);
+  }
   return bal;
 }
 

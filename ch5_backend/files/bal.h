@@ -40,7 +40,8 @@ Mat33 CameraAxes(const Vec9& camera);
 /// fewer steps where the distance is uncertain (times, by problem: course/documents/measure_start.py).
 enum class BalPoints { kXyz, kOnRay };
 
-/// The problem as a graph: cameras are poses, points are landmarks, one EdgeBAL per observation, W = I [1/px²].
+/// The problem as a graph: cameras are poses, points are landmarks, one EdgeBAL per observation, W = I [1/px²]. Where points are
+/// so few that they have fewer unknowns than the cameras, it is the other way round: what is left to solve is smaller.
 struct BalGraph {
   Graph graph;
   std::vector<std::shared_ptr<Vertex>> cameras;  ///< VertexCameraBAL, as in BalProblem::cameras

@@ -297,6 +297,30 @@ TEST(Bal, ASimulatedProblemReachesTheDenseOptimum) {
   EXPECT_TRUE(IsConverged(study.summary.termination)) << study.summary.message;
 }
 
+// Where points are few the cameras are eliminated: the system that is left has 3 unknowns a point. The minimum is the same.
+TEST(Bal, OfFewPointsTheCamerasAreEliminated) {
+  Random random(10);
+  BalProblem problem = SmallProblem();
+  for (int i = 0; i < 16; ++i) problem.cameras.push_back(problem.cameras[i % 4] + NormalVector<9>(&random, 0.01));
+  problem.observations.clear();
+  Observe(&problem);
+  for (BalObservation& observation : problem.observations) observation.pixel += NormalVector(&random, 0.5).head<2>();
+  const auto optimum = [&](bool eliminates_cameras) {
+    BalGraph bal = BuildBal(problem, nullptr);
+    EXPECT_EQ(bal.cameras[0]->GetRole(), Role::kLandmark);
+    EXPECT_EQ(bal.points[0]->GetRole(), Role::kPose);
+    for (const auto& vertex : bal.graph.Vertices())
+      if (!eliminates_cameras) vertex->SetRole(vertex->GetRole() == Role::kPose ? Role::kLandmark : Role::kPose);
+    SolveOptions options;
+    options.max_iterations = 200;
+    options.cost_tolerance = 1e-10;
+    const Summary summary = SparseOptimizer(&bal.graph).Solve(options);
+    EXPECT_TRUE(IsConverged(summary.termination)) << summary.message;
+    return summary.final_cost;
+  };
+  EXPECT_NEAR(optimum(true) / optimum(false), 1.0, 1e-6);
+}
+
 // The optimum that Ceres finds, and a tenth of a percent.
 void ExpectCost(const std::string& name, double cost) {
   const std::string path = DataPath(name);
