@@ -1,6 +1,9 @@
 // The estimator and its recordings in the Python module.
 #include <pybind11/eigen.h>
 #include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <cstring>
 
 #include "ch5_backend/files/recording_file.h"
 #include "ch5_backend/python/shared.h"
@@ -40,15 +43,23 @@ class PyEstimator : private OneThread {
     }
   }
 
-  py::dict AddFrame(double t, const py::array_t<int, py::array::c_style | py::array::forcecast>& ids,
-                    const Rows& points) {
+  py::dict AddFrame(double t, const py::object& given_ids, const Rows& points) {
     const auto lock = Use("Estimator");
+    const auto numbers = py::array::ensure(given_ids);
+    if (numbers && numbers.size() > 0 && !std::strchr("iu", numbers.dtype().kind()))
+      throw std::invalid_argument("add_frame: ids are whole numbers");
+    const py::array_t<int64_t, py::array::c_style | py::array::forcecast> ids(numbers);
     const py::ssize_t n = ids.size();
     if (ids.ndim() != 1 || (n > 0 && (points.ndim() != 2 || points.shape(0) != n || points.shape(1) != 2)))
       throw std::invalid_argument("add_frame: one id a row of points");
     ch5::Image image{t, {}};
-    for (py::ssize_t k = 0; k < n; ++k)
-      image.tracks.push_back({ids.data()[k], ch5::Vec2(points.data(k)[0], points.data(k)[1])});
+    for (py::ssize_t k = 0; k < n; ++k) {
+      const auto id = static_cast<int>(ids.data()[k]);
+      if (id != ids.data()[k])
+        throw std::invalid_argument("add_frame: the id " + std::to_string(ids.data()[k]) +
+                                    " does not fit into 32 bits");
+      image.tracks.push_back({id, ch5::Vec2(points.data(k)[0], points.data(k)[1])});
+    }
     const auto add = [&] {
       const py::gil_scoped_release unlocked;
       return estimator_.AddFrame(image);
@@ -91,8 +102,8 @@ class PyEstimator : private OneThread {
 };
 
 /// (calibration, IMU, images) of a recording's folder.
-py::tuple ReadRecording(const std::string& folder) {
-  const ch5::Recording recording = ch5::ReadRecording(folder);
+py::tuple ReadRecording(const std::filesystem::path& folder) {
+  const ch5::Recording recording = ch5::ReadRecording(folder.string());
   ch5::MatXX imu(recording.imu.size(), 7);
   for (size_t k = 0; k < recording.imu.size(); ++k) {
     imu.row(static_cast<Eigen::Index>(k)) << recording.imu[k].t, recording.imu[k].acceleration.transpose(),

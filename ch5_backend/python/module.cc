@@ -2,6 +2,7 @@
 #include <pybind11/eigen.h>
 #include <pybind11/functional.h>
 #include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
 
 #include "ch5_backend/files/g2o_file.h"
 #include "ch5_backend/files/text_reader.h"
@@ -71,14 +72,14 @@ ch5::SolveOptions OptionsOf(const py::dict& given, ch5::SparseOptimizer* optimiz
     };
     if (name == "algorithm") {
       using A = ch5::Algorithm;
-      options.algorithm = Named<A>("solve: algorithm", value.cast<std::string>(),
+      options.algorithm = Named<A>("solve: algorithm", std::string(py::str(value)),
                                    {{"automatic", A::kAutomatic},
                                     {"gauss-newton", A::kGaussNewton},
                                     {"levenberg-marquardt", A::kLevenbergMarquardt},
                                     {"dogleg", A::kDogleg}});
     } else if (name == "damping") {
       using D = ch5::Damping;
-      optimizer->SetDamping(Named<D>("solve: damping", value.cast<std::string>(),
+      optimizer->SetDamping(Named<D>("solve: damping", std::string(py::str(value)),
                                      {{"diagonal", D::kDiagonal}, {"identity", D::kIdentity}}));
     } else if (!take("cost_tolerance", &options.cost_tolerance) &&
                !take("gradient_tolerance", &options.gradient_tolerance) &&
@@ -111,7 +112,7 @@ py::dict Solve(Graph* graph, int max_iterations, int threads, const py::object& 
     if (PyErr_CheckSignals() != 0) throw py::error_already_set();
     if (callback.is_none()) return true;
     const py::object answer = callback(Describe(info));
-    return answer.is_none() || answer.cast<bool>();
+    return answer.is_none() || py::bool_(answer);
   };
   const auto solve = [&] {
     const py::gil_scoped_release unlocked;
@@ -266,20 +267,25 @@ void DefineGraph(py::module_& module) {
 }
 
 // The solved graph of a file.
-py::dict SolvePoseGraph(const std::string& path, const std::string& start, int max_iterations, int threads,
-                        const py::object& callback, bool leave_out) {
+py::dict SolvePoseGraph(const std::filesystem::path& path, const std::optional<std::string>& start, int max_iterations,
+                        int threads, const py::object& callback, bool leave_out) {
   ch5::G2oOptions reading;
   reading.leave_out = leave_out;
   auto graph = std::make_shared<Graph>();
-  graph->file = std::make_unique<ch5::G2oFile>(ch5::ReadG2o(path, reading));
+  graph->file = std::make_unique<ch5::G2oFile>(ch5::ReadG2o(path.string(), reading));
   ch5::SparseOptimizer gauge(graph->Get());
   if (gauge.GaugeFreedom()) gauge.FindGauge()->SetFixed();
-  const std::vector<std::pair<const char*, ch5::PoseGraphStart>> starts(std::begin(ch5::kPoseGraphStartNames),
-                                                                        std::end(ch5::kPoseGraphStartNames));
-  const auto from = Named("solve: start", start, starts);
+  using Start = ch5::PoseGraphStart;
+  std::vector<Start> starts = {Start::kSpanningTree, Start::kChordal};
+  if (start) {
+    starts = {Named<Start>("solve: start", *start,
+                           {std::begin(ch5::kPoseGraphStartNames), std::end(ch5::kPoseGraphStartNames)})};
+  } else if (graph->file->has_poses) {
+    starts.push_back(Start::kGiven);
+  }
   {
     const py::gil_scoped_release unlocked;
-    ch5::InitializePoseGraph(from, graph->Get(), threads);
+    ch5::InitializeAtLeastCost(starts, graph->Get(), threads);
   }
   py::dict result = Solve(graph.get(), max_iterations, threads, callback, py::kwargs());
   std::vector<int64_t> ids;
@@ -318,8 +324,10 @@ PYBIND11_MODULE(ch5, module) {
   DefineGraph(module);
   DefineEstimator(module);
   auto pose_graph = module.def_submodule("pose_graph", "Pose graphs in g2o's and TORO's files.");
-  pose_graph.def("solve", &SolvePoseGraph, py::arg("path"), py::arg("start") = "file", py::arg("max_iterations") = 100,
-                 py::arg("threads") = 1, py::arg("callback") = py::none(), py::arg("leave_out") = false,
+  pose_graph.def("solve", &SolvePoseGraph, py::arg("path"), py::arg("start") = py::none(),
+                 py::arg("max_iterations") = 100, py::arg("threads") = 1, py::arg("callback") = py::none(),
+                 py::arg("leave_out") = false,
                  "Reads a graph and solves it: what Graph.solve returns, with ids, poses (a row each) and g2o, the "
-                 "file's new text.");
+                 "file's new text. start: file, odometry, spanning-tree, chordal or incremental; the one of the file, "
+                 "spanning-tree and chordal that has the least cost unless given.");
 }

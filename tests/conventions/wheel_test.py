@@ -16,7 +16,7 @@ PYTHON = ROOT / "ch5_backend" / "python"
 
 # Prints lines of "expected | said".
 SAYS = r'''
-import ch5, numpy as np, sys, threading, time
+import ch5, math, numpy as np, pathlib, sys, threading, time
 from ch5 import pose_graph
 from importlib import metadata
 
@@ -82,8 +82,17 @@ def fit(loss=None, n=60):
     return memory.round(6), x.view.round(6)
 
 def square(path):
-    solution = pose_graph.solve(path)
+    solution = pose_graph.solve(pathlib.Path(path))
     return solution["converged"], solution["poses"].round(3).tolist(), solution["ids"].tolist()
+
+def circle_of_edges_alone():
+    rows = [f"EDGE_SE2 {i} {i + d} {math.sin(2 * d)} {1 - math.cos(2 * d)} {math.remainder(2 * d, 2 * math.pi)} 1 0 0 1 0 1\n"
+            for i in range(40) for d in (1, 7) if i + d < 40]
+    pathlib.Path("circle.g2o").write_text("".join(rows))
+    return pose_graph.solve("circle.g2o")["final_cost"] < 1e-9, pose_graph.solve("circle.g2o", start="file")["final_cost"] > 1
+
+def frame_of(ids):
+    return ch5.Estimator(ch5.Calibration()).add_frame(1.0, ids, np.zeros((len(ids), 2)))["status"]
 
 say(metadata.version("ch5"), lambda: ch5.__version__)
 say("converged", lambda: solve(lambda x: x[0] - 1, 1))
@@ -106,6 +115,11 @@ say("ValueError: .*read-only", lambda: write(ch5.Vector([1.0]).view))
 say("Vector.on: a writable, contiguous array", lambda: ch5.Vector.on(np.arange(3)))
 say("GraphError: AddVertex: the vertex is null", lambda: ch5.Graph().add(None))
 say("CovarianceError", lambda: ch5.Graph().covariance([ch5.Vector([1.0])]))
+say(r"^\(True, True\)", circle_of_edges_alone)
+say("starting", lambda: frame_of([]))
+say("ids are whole numbers", lambda: frame_of([1.5]))
+say("the id 1099511627776 does not fit into 32 bits", lambda: frame_of(np.array([2**40])))
+say("algorithm is '5', expected one of", lambda: solve(lambda x: x, 2, algorithm=5))
 say("FileError: .*nowhere", lambda: pose_graph.solve("/nowhere.g2o"))
 say("Formula: .*has no formula 'circle'", lambda: ch5.Formula(sys.argv[1], "circle"))
 say("vertex 0 has 2 parameters, expected 3", lambda: ch5.Graph().add_formula(curve, [ch5.Vector([1.0, 2.0])], np.zeros((1, 2))))

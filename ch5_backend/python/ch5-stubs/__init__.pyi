@@ -1,3 +1,4 @@
+from os import PathLike
 from typing import Any, Callable, Optional, Sequence, Tuple, Union, overload
 
 import numpy as np
@@ -80,4 +81,4 @@ class Estimator:
     @property
     def time_offset(self) -> float: ...
 
-def read_recording(folder: str) -> Tuple[Calibration, Array, list[Tuple[float, list[int], Array]]]: ...
+def read_recording(folder: Union[str, PathLike[str]]) -> Tuple[Calibration, Array, list[Tuple[float, list[int], Array]]]: ...
