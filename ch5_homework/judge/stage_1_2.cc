@@ -3,10 +3,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "ch5_homework/judge/ask.h"
 #include "ch5_homework/judge/oracle.h"
 #include "ch5_homework/judge/right/formulas.h"
 #include "ch5_homework/judge/scenes/bundle.h"
+#include "ch5_homework/judge/unset_memory.h"
 
 namespace ch5::homework {
 namespace {
@@ -14,7 +17,9 @@ namespace {
 // Why SolveLinearSystem may return false.
 Text CauseOfGivingUp(const Ordering& ordering, const VecX& delta_x) {
   if (ordering.poses.empty()) return "1.2.gave_up_without_poses";
-  if (delta_x.size() > 0 && !delta_x.allFinite()) return "1.2.landmark_step_unset";
+  if (std::any_of(delta_x.begin(), delta_x.end(), &IsFreed)) return "matrix.freed_memory_read";
+  if (std::any_of(delta_x.begin(), delta_x.end(), &IsFresh)) return "1.2.landmark_step_unset";
+  if (!delta_x.allFinite()) return "matrix.not_finite";
   return "1.2.function_gave_up";
 }
 

@@ -428,8 +428,8 @@ const std::vector<Rule>& Rules(bool unlikely) {
       &PartZero,          &InverseOfSingular,     &TermOfOtherSign,    &TermMissing,   &FactorMissing,
       &BracketsMissing,   &BracketsTooMany,       &InverseForgotten,   &FactorTwice,   &InverseOfOneKindOnly,
       &AnotherSource,     &InverseOfOneBlock,     &TransposeForgotten, &AnotherForIt,  &Transposed,
-      &FactorsTransposed, &FactorsInAnotherOrder, &InverseOfAnother,   &DirectionsCut, &OnlyDiagonal,
-      &OnlyTriangle,      &PartsOfATerm,          &PartsOfABlock,      &RootOfInverse, &Inverted,
+      &FactorsTransposed, &FactorsInAnotherOrder, &InverseOfAnother,   &PartsOfATerm,  &PartsOfABlock,
+      &DirectionsCut,     &OnlyDiagonal,          &OnlyTriangle,       &RootOfInverse, &Inverted,
       &BlockOfTheInverse, &AnotherPlace,          &MultipleOfIAdded,   &TurnsOfALoop,  &SharesOfAKind,
       &SharesElsewhere};
   static const std::vector<Rule> last{&FactorTooMany, &Converted,           &TermsOfOtherCounts, &SharesOffByOne,

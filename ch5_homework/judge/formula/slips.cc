@@ -19,15 +19,17 @@ struct Site {
   std::vector<size_t> path;
   std::string todo;
   bool is_whole;
-  bool read_elsewhere;  ///< in another TODO than what it is a part of
+  bool read_elsewhere;  ///< in another TODO than what it is a part of,
+  std::string used_in;  ///< which is this one
 };
 
 void Walk(const Expression& x, const std::vector<size_t>& path, std::string todo, bool is_whole,
           std::vector<Site>* sites) {
   const bool read_elsewhere = x->source && !x->todo.empty() && x->todo != todo;
+  const std::string used_in = read_elsewhere ? todo : x->todo.empty() ? todo : x->todo;
   if (!x->todo.empty()) todo = x->todo;
   const bool seen = x->kind == Kind::kSeen;
-  if (!seen) sites->push_back({x, path, todo, is_whole, read_elsewhere});
+  if (!seen) sites->push_back({x, path, todo, is_whole, read_elsewhere, used_in});
   if (x->kind == Kind::kAssembly) return;  // see Family
   for (size_t k = 0; k < x->parts.size(); ++k) {
     auto deeper = path;
@@ -247,18 +249,20 @@ class Search {
   /// stands for it at one place.
   void TryAt(const Site& site, int uses, Rule rule, const Expression& way, const Text& cause,
              const Expression& instead) {
+    const std::string& todo =
+        rule == &PartsOfABlock ? site.used_in : site.todo;  // a loop over parts, where they are used
     if (!instead) {
-      if (IsAsked(cause)) found_ = Mistake{site.todo, cause, got_};
+      if (IsAsked(cause)) found_ = Mistake{todo, cause, got_};
       return;
     }
     const bool is_of_kind = instead->kind == Kind::kAssembly && !instead->todo.empty();
     const bool is_written_once =
         uses > 1 && !site.x->name.empty() && !site.x->parts.empty() && rule != &AnotherForIt && rule != &Transposed;
     if (!is_written_once) {
-      Try(cause, is_of_kind ? instead->todo : site.todo, ReplaceAt(way, site.path, 0, instead));
+      Try(cause, is_of_kind ? instead->todo : todo, ReplaceAt(way, site.path, 0, instead));
     }
     if (uses < 2) return;
-    Try(cause, site.todo, ReplaceAll(way, [&](const Expression& x) { return x == site.x ? instead : nullptr; }));
+    Try(cause, todo, ReplaceAll(way, [&](const Expression& x) { return x == site.x ? instead : nullptr; }));
   }
 
   /// The same slip in every turn of a loop, or in the turns of one kind.
@@ -375,6 +379,7 @@ std::optional<Mistake> FindSlip(const Formula& formula, const MatXX& got,
       if (auto found = search.In(way, unlikely)) return found;
     }
   }
+  if (formula.listed_alone) return {};
   for (const Formula& one : earlier.empty() ? std::vector<Formula>{formula} : earlier) {  // or the first of its size
     const std::vector<Expression> before = WaysOf(one);
     for (size_t k = 0; k < std::min(ways.size(), before.size()); ++k) {

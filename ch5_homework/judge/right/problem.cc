@@ -42,7 +42,7 @@ SchurSolve::SchurSolve(const System& system, const Ordering& ordering, double la
   const Expression x_p = Matrix("Δx_p", Solve(Value(S.right), Value(b_S.right)));
   const auto here = [](const Expression& x) { return WrittenAt("1.2c", x); };  // the blocks' numbers were right in S
   const Expression of_landmarks =
-      here(here(Inverse(H_mm, SizesOf(ordering.landmarks))) * (here(b_m) - here(H_mp) * x_p));
+      here(Inverse(here(H_mm), SizesOf(ordering.landmarks)) * (here(b_m) - here(H_mp) * x_p));
   const Expression dense = Inverse(H.Block("H", 0, 0, n, n, "1.2a")) * rhs.Segment("b_", 0, n, "1.2b");
   delta_x = {Stack({x_p, of_landmarks}), {b_p, Named(b_S.right, "b_pp_schur_"), H_pm, tempH, H_pp}, {dense}};
 }
@@ -113,6 +113,9 @@ std::vector<Instead> WrongOrders(const Order& right, const Order& other, int idx
   add("2.lands_at_idx_plus_dim", placed(up, idx + dim, idx, dim));
   add("2.written_over_first", placed(up, 0, idx, dim));
   for (int at = n - dim; at < n; ++at) add("2.first_alone", placed(up, at, idx, 1));
+  Order first_exchanged = given;
+  std::swap(first_exchanged[static_cast<size_t>(idx)], first_exchanged.back());
+  add("2.first_alone", first_exchanged);
   Order overwritten = up;
   std::copy_n(up.begin() + idx, dim, overwritten.end() - dim);
   add("2.read_after_overwriting", overwritten);
