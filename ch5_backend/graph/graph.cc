@@ -5,6 +5,8 @@
 #include <string>
 #include <utility>
 
+#include "ch5_backend/math/array_memory.h"
+
 namespace ch5 {
 Graph::~Graph() { Clear(); }
 
@@ -213,14 +215,17 @@ double Cost(const std::vector<std::shared_ptr<Edge>>& edges) {
 std::vector<std::shared_ptr<Edge>> EdgesAt(const Graph& graph, const std::vector<std::shared_ptr<Vertex>>& vertices) {
   std::vector<std::shared_ptr<Edge>> edges;
   if (graph.Vertices().empty()) return edges;
-  std::vector<char> wanted(static_cast<size_t>(graph.Vertices().back()->Id()) + 1, false);  // by id
+  Array<char> wanted(static_cast<size_t>(graph.Vertices().back()->Id()) + 1, false);  // by id
   for (const auto& vertex : vertices) {
     if (vertex && graph.Contains(*vertex)) wanted[static_cast<size_t>(vertex->Id())] = true;
   }
   const auto is_wanted = [&](const auto& vertex) { return wanted[static_cast<size_t>(vertex->Id())]; };
+  Array<const std::shared_ptr<Edge>*> found;  // then one call takes the memory of all
   for (const auto& edge : graph.Edges()) {
-    if (std::any_of(edge->Vertices().begin(), edge->Vertices().end(), is_wanted)) edges.push_back(edge);
+    if (std::any_of(edge->Vertices().begin(), edge->Vertices().end(), is_wanted)) found.push_back(&edge);
   }
+  edges.reserve(found.size());
+  for (const auto* edge : found) edges.push_back(*edge);
   return edges;
 }
 

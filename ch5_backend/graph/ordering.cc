@@ -60,8 +60,9 @@ void ListEdges(const Graph& graph, const Selection& selection, Ordering* orderin
 
 }  // namespace
 
-Ordering MakeOrdering(const Graph& graph, const Selection& selection) {
-  Ordering ordering;
+Ordering MakeOrdering(const Graph& graph, const Selection& selection, Ordering used) {
+  Ordering ordering = std::move(used);
+  ordering.Clear();
   const auto& vertices = graph.Vertices();
   for (size_t k = 0; k < vertices.size(); ++k) {
     vertices[k]->SetOrderingId(vertices[k]->IsFixed() ? kNone : static_cast<int>(k));
@@ -69,9 +70,10 @@ Ordering MakeOrdering(const Graph& graph, const Selection& selection) {
   ListEdges(graph, selection, &ordering);
 
   constexpr int kSeen = 0;
-  std::vector<int> number(vertices.size(), kNone);  // of the vertex at each position
+  Array<int> number(vertices.size(), kNone);  // of the vertex at each position
   for (const auto& entry : ordering.incidence.entries) number[entry.number] = kSeen;
   int next = 0;
+  for (auto* list : {&ordering.poses, &ordering.landmarks}) list->reserve(vertices.size());
   for (const Role role : {Role::kPose, Role::kLandmark}) {
     const bool is_pose = role == Role::kPose;
     for (size_t k = 0; k < vertices.size(); ++k) {
@@ -88,10 +90,10 @@ Ordering MakeOrdering(const Graph& graph, const Selection& selection) {
   return ordering;
 }
 
-std::vector<int> LandmarkOfEachEdge(const Ordering& ordering) {
+Array<int> LandmarkOfEachEdge(const Ordering& ordering) {
   const Incidence& incidence = ordering.incidence;
   const int num_poses = static_cast<int>(ordering.poses.size());
-  std::vector<int> landmarks(ordering.edges.size(), kNone);
+  Array<int> landmarks(ordering.edges.size(), kNone);
   for (size_t e = 0; e < landmarks.size(); ++e) {
     for (int k = incidence.begin[e]; k < incidence.begin[e + 1]; ++k) {
       const int landmark = incidence.entries[k].number - num_poses;

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "ch5_backend/graph/graph.h"
+#include "ch5_backend/math/array_memory.h"
 
 namespace ch5 {
 
@@ -38,8 +39,8 @@ struct Incidence {
     int position;  ///< in Edge::Vertices()
     int number;    ///< of the pose; the landmarks are numbered after the poses
   };
-  std::vector<int> begin{0};  ///< edge e of the ordering has entries [begin[e], begin[e + 1])
-  std::vector<Entry> entries;
+  Array<int> begin{0};  ///< edge e of the ordering has entries [begin[e], begin[e + 1])
+  Array<Entry> entries;
   int max_residual_dimension = 0;
 
   /// Adds the next edge. Its vertices' OrderingIds are their numbers meanwhile, −1 of those that are not free.
@@ -64,11 +65,20 @@ struct Ordering {
   std::vector<std::shared_ptr<Edge>> edges;
   Incidence incidence;
   int Size() const { return dim_poses + dim_landmarks; }
+  /// Forgets all, and keeps the memory.
+  void Clear() {
+    dim_poses = dim_landmarks = 0;
+    poses.clear();
+    landmarks.clear();
+    edges.clear();
+    incidence = {};
+  }
 };
 
 /// Gives every free vertex that has a selected edge its OrderingId, in order of id within each role; the others get −1:
 /// a fixed vertex has no columns, and a vertex without edges would leave H with a zero row.
-Ordering MakeOrdering(const Graph& graph, const Selection& selection = {});
+/// @param used  an ordering that is needed no more: its memory serves this one
+Ordering MakeOrdering(const Graph& graph, const Selection& selection = {}, Ordering used = {});
 
 /// @throws GraphError if a vertex or an edge of it has left the graph, or a vertex has been renumbered
 void CheckOrdering(const Ordering& ordering);
@@ -85,6 +95,6 @@ std::string WhatIsNotFinite(const std::vector<std::shared_ptr<Edge>>& edges);
 /// The number of the free landmark of each edge, or −1 if it has none.
 /// @throws GraphError if an edge has two: H_ll would then not be block diagonal, as eliminating a landmark must not
 ///         affect another. Both are named.
-std::vector<int> LandmarkOfEachEdge(const Ordering& ordering);
+Array<int> LandmarkOfEachEdge(const Ordering& ordering);
 
 }  // namespace ch5

@@ -36,6 +36,13 @@ class Vertex {
   /// ∂((x ⊞ δ) ⊟ x₀)/∂δ at δ = 0, square; the identity where x = x₀, and everywhere in a vector space.
   virtual MatXX MinusJacobian(const VecX& /*x0*/) const { return MatXX::Identity(local_dimension_, local_dimension_); }
 
+  /// Both into a caller's memory, as a prior asks for them in every iteration: δ, and ∂δ unless that is null. Types that ask
+  /// for no memory here seal Minus, so that no other δ comes from a class made of them.
+  virtual void MinusInto(const VecX& x0, double* delta, double* derivative) const {
+    Eigen::Map<VecX>(delta, local_dimension_) = Minus(x0);
+    if (derivative) Eigen::Map<MatXX>(derivative, local_dimension_, local_dimension_) = MinusJacobian(x0);
+  }
+
   /// The type's name, as it appears in messages.
   virtual std::string TypeInfo() const = 0;
   /// The same, and the id once it is in a graph.

@@ -36,7 +36,7 @@ class LinearShift {
       std::sort(column.begin(), column.end());
       column.erase(std::unique(column.begin(), column.end()), column.end());
     }
-    H_.SetPattern(std::vector<int>(static_cast<size_t>(count), D), rows);
+    H_.SetPattern(Array<int>(static_cast<size_t>(count), D), rows);
     b_.setZero(D * count, K);
   }
 

@@ -173,7 +173,7 @@ Game ByAmd(const Board& board) {
     }
   }
   SymmetricBlockMatrix pattern;
-  pattern.SetPattern(std::vector<int>(rows.size(), 1), rows);
+  pattern.SetPattern(Array<int>(rows.size(), 1), rows);
   for (const int variable : PlanElimination(pattern).order) {
     game.Eliminate(static_cast<int>(std::find(game.left.begin(), game.left.end(), variable) - game.left.begin()));
   }

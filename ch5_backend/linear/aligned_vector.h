@@ -6,21 +6,17 @@
 #include <utility>
 #include <vector>
 
-#include "ch5_backend/math/large_pages.h"
+#include "ch5_backend/math/array_memory.h"
+#include "ch5_backend/math/eigen_types.h"
 
 namespace ch5 {
 
 /// Leaves a vector's new numbers unset where no value is given: memory is then first touched by the thread that fills it.
 template <typename T>
-struct UnsetAllocator {
-  using value_type = T;
+struct UnsetAllocator : ArrayAllocator<T> {
   UnsetAllocator() = default;
   template <typename U>
   UnsetAllocator(const UnsetAllocator<U>&) {}  // NOLINT(google-explicit-constructor): as allocators are asked to
-  T* allocate(size_t count) { return static_cast<T*>(AllocateArray(count * sizeof(T))); }
-  void deallocate(T* numbers, size_t /*count*/) { FreeArray(numbers); }
-  friend bool operator==(const UnsetAllocator&, const UnsetAllocator&) { return true; }
-  friend bool operator!=(const UnsetAllocator&, const UnsetAllocator&) { return false; }
   template <typename U>
   void construct(U* number) {
 #ifdef EIGEN_INITIALIZE_MATRICES_BY_NAN
@@ -37,6 +33,22 @@ struct UnsetAllocator {
 
 /// Numbers that begin at a multiple of 64 bytes; `resize` leaves new ones unset.
 using AlignedVector = std::vector<double, UnsetAllocator<double>>;
+
+/// A MatXX or a VecX that comes and goes with a window, in such memory; its numbers are unset.
+struct HasAlignedVector {
+  AlignedVector numbers;
+};
+template <typename Matrix>
+class InArray : private HasAlignedVector, public Eigen::Map<Matrix> {
+ public:
+  explicit InArray(Eigen::Index rows, Eigen::Index columns = 1)
+      : HasAlignedVector{AlignedVector(static_cast<size_t>(rows * columns))},
+        Eigen::Map<Matrix>(numbers.data(), rows, columns) {}
+  InArray(InArray&&) = default;
+  using Eigen::Map<Matrix>::operator=;
+};
+using ArrayMatrix = InArray<MatXX>;
+using ArrayVector = InArray<VecX>;
 
 /// As `assign(count, 0.0)`, which asks the allocator for each number, and cannot set a register's width of them at once.
 inline void SetZeros(size_t count, AlignedVector* numbers) {

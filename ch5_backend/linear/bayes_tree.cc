@@ -131,7 +131,7 @@ EliminationPlan BayesTree::Plan(const std::vector<int>& factors, const std::vect
   for (const int f : factors) connect(factors_[f].variables, 0);
   for (const int c : orphans) connect(cliques_[c].variables, cliques_[c].num_frontal);
   for (auto& list : neighbors) SortAndDropRepeated(&list);
-  std::vector<int> dims;
+  Array<int> dims;
   for (const int variable : affected_) dims.push_back(Dim(variable));
   const size_t observed = observed_.size();  // where that is all or none, the newest alone
   const size_t last = observed > 0 && observed < affected_.size() ? observed : 1;
@@ -168,7 +168,7 @@ int BayesTree::Update() {
   NumberAffected();
   const std::vector<int> factors = FactorsWithin();
   const EliminationPlan plan = Plan(factors, orphans);
-  const std::vector<int> front_of = plan.FrontOfEachBlock();
+  const Array<int> front_of = plan.FrontOfEachBlock();
   const auto front_of_first = [&](const std::vector<int>& variables, size_t begin) {
     int first = plan.position[number_[variables[begin]]];
     for (size_t k = begin; k < variables.size(); ++k) first = std::min(first, plan.position[number_[variables[k]]]);

@@ -38,7 +38,7 @@ struct MultiplyPadded {
 
 }  // namespace
 
-void SymmetricBlockMatrix::SetPattern(std::vector<int> dims, const Lists& rows_of_column) {
+void SymmetricBlockMatrix::SetPattern(Array<int> dims, const Lists& rows_of_column) {
   dims_ = std::move(dims);
   offsets_.assign(1, 0);
   offsets_.reserve(dims_.size() + 1);
@@ -65,7 +65,7 @@ int SymmetricBlockMatrix::Find(int i, int j) const {
 }
 
 void SymmetricBlockMatrix::Multiply(const double* x, double* y) const {
-  thread_local std::vector<int> padded_offset;
+  thread_local Array<int> padded_offset;
   thread_local AlignedVector padded;
   padded_offset.assign(1, 0);
   for (const int dim : dims_) padded_offset.push_back(padded_offset.back() + Stride(dim));
@@ -76,8 +76,8 @@ void SymmetricBlockMatrix::Multiply(const double* x, double* y) const {
   for (int j = 0; j < NumColumns(); ++j) std::copy_n(y_padded + padded_offset[j], dims_[j], y + offsets_[j]);
 }
 
-VecX SymmetricBlockMatrix::Diagonal() const {
-  VecX diagonal(Size());
+ArrayVector SymmetricBlockMatrix::Diagonal() const {
+  ArrayVector diagonal(Size());
   for (int j = 0; j < NumColumns(); ++j) {
     const double* A = Values(column_begin_[j]);
     for (int c = 0; c < dims_[j]; ++c) diagonal[offsets_[j] + c] = A[c * Stride(dims_[j]) + c];
@@ -85,12 +85,12 @@ VecX SymmetricBlockMatrix::Diagonal() const {
   return diagonal;
 }
 
-void SymmetricBlockMatrix::CopyLower(MatXX* A) const {
+void SymmetricBlockMatrix::CopyLower(double* A) const {
   const int size = Size();
   for (int j = 0; j < NumColumns(); ++j) {
     for (int c = 0; c < dims_[j]; ++c) {
       const int column = offsets_[j] + c;
-      double* target = A->data() + static_cast<ptrdiff_t>(column) * size;
+      double* target = A + static_cast<ptrdiff_t>(column) * size;
       std::fill(target + column, target + size, 0.0);
       for (int block = column_begin_[j]; block < column_begin_[j + 1]; ++block) {
         const int i = rows_[block];
@@ -102,7 +102,7 @@ void SymmetricBlockMatrix::CopyLower(MatXX* A) const {
 
 MatXX SymmetricBlockMatrix::Dense() const {
   MatXX A = MatXX::Zero(Size(), Size());
-  CopyLower(&A);
+  CopyLower(A.data());
   return A.selfadjointView<Eigen::Lower>();
 }
 

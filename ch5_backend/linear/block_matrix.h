@@ -34,7 +34,7 @@ class SymmetricBlockMatrix {
   /// Builds the pattern; all values are zero.
   /// @param dims  size of each diagonal block
   /// @param rows_of_column  ascending block rows i ≥ j of each column j, the diagonal first
-  void SetPattern(std::vector<int> dims, const Lists& rows_of_column);
+  void SetPattern(Array<int> dims, const Lists& rows_of_column);
 
   int NumColumns() const { return static_cast<int>(dims_.size()); }
   int Dim(int block) const { return At(dims_, block); }
@@ -61,19 +61,19 @@ class SymmetricBlockMatrix {
 
   /// y = A x.
   void Multiply(const double* x, double* y) const;
-  VecX Diagonal() const;
-  /// Fills the lower half of `A`, which must have Size() rows and columns; the upper half is not written.
-  void CopyLower(MatXX* A) const;
+  ArrayVector Diagonal() const;
+  /// Fills the lower half of `A`, Size()×Size(); the upper half is not written.
+  void CopyLower(double* A) const;
   MatXX Dense() const;
 
  private:
-  static int At(const std::vector<int>& numbers, int i) { return numbers[static_cast<size_t>(i)]; }
+  static int At(const Array<int>& numbers, int i) { return numbers[static_cast<size_t>(i)]; }
 
-  std::vector<int> dims_;
-  std::vector<int> offsets_{0};
-  std::vector<int> column_begin_{0};
-  std::vector<int> rows_;
-  std::vector<int> value_begin_;
+  Array<int> dims_;
+  Array<int> offsets_{0};
+  Array<int> column_begin_{0};
+  Array<int> rows_;
+  Array<int> value_begin_;
   AlignedVector values_;
 };
 

@@ -20,17 +20,17 @@ Lists Neighbors(const SymmetricBlockMatrix& A) {
   });
 }
 
-std::vector<int> Invert(const std::vector<int>& order) {
-  std::vector<int> position(order.size());
+Array<int> Invert(const Array<int>& order) {
+  Array<int> position(order.size());
   for (size_t k = 0; k < order.size(); ++k) position[order[k]] = static_cast<int>(k);
   return position;
 }
 
 // Blocks by their distance from the first one, the farthest first; each component of the graph for itself.
-std::vector<int> FarthestFirst(const Lists& neighbors) {
-  std::vector<int> order;
+Array<int> FarthestFirst(const Lists& neighbors) {
+  Array<int> order;
   order.reserve(static_cast<size_t>(neighbors.size()));
-  std::vector<bool> seen(static_cast<size_t>(neighbors.size()), false);
+  Array<bool> seen(static_cast<size_t>(neighbors.size()), false);
   for (int start = 0; start < neighbors.size(); ++start) {
     if (seen[start]) continue;
     seen[start] = true;
@@ -50,10 +50,10 @@ std::vector<int> FarthestFirst(const Lists& neighbors) {
 // given farthest first, sphere2500 needs half the multiplications of the natural order, and fewer than METIS finds.
 // The first `last` blocks come last: while the order is found, a clique of blocks that do not exist keeps their degree high,
 // so that their neighbors are not taken for the ends of a chain.
-std::vector<int> MinimumDegreeOrder(const Lists& neighbors, int last) {
+Array<int> MinimumDegreeOrder(const Lists& neighbors, int last) {
   constexpr int kClique = 6;
   const int n = neighbors.size(), m = n + (last > 0 ? kClique : 0);
-  const std::vector<int> names = FarthestFirst(neighbors), new_name = Invert(names);
+  const Array<int> names = FarthestFirst(neighbors), new_name = Invert(names);
   Eigen::SparseMatrix<double> pattern(m, m);
   pattern.reserve(Eigen::VectorXi::NullaryExpr(
       m, [&](Eigen::Index k) { return 1 + kClique + (k < n ? neighbors[names[k]].size() : 0); }));
@@ -69,7 +69,7 @@ std::vector<int> MinimumDegreeOrder(const Lists& neighbors, int last) {
   }
   Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> permutation;
   Eigen::AMDOrdering<int>()(pattern.selfadjointView<Eigen::Lower>(), permutation);
-  std::vector<int> order;
+  Array<int> order;
   order.reserve(static_cast<size_t>(n));
   for (int k = 0; k < m; ++k) {
     if (permutation.indices()[k] < n) order.push_back(names[permutation.indices()[k]]);
@@ -79,9 +79,9 @@ std::vector<int> MinimumDegreeOrder(const Lists& neighbors, int last) {
 }
 
 // parent[k] = the first later neighbor of block k, fill-in included (Liu's algorithm, with path compression).
-std::vector<int> EliminationTree(const Lists& neighbors, const std::vector<int>& order) {
-  const std::vector<int> position = Invert(order);
-  std::vector<int> parent(order.size(), -1), ancestor(order.size(), -1);
+Array<int> EliminationTree(const Lists& neighbors, const Array<int>& order) {
+  const Array<int> position = Invert(order);
+  Array<int> parent(order.size(), -1), ancestor(order.size(), -1);
   for (int k = 0; k < static_cast<int>(order.size()); ++k) {
     for (const int neighbor : neighbors[order[k]]) {
       int i = position[neighbor];
@@ -98,9 +98,9 @@ std::vector<int> EliminationTree(const Lists& neighbors, const std::vector<int>&
 
 // Children before parents, and each subtree without gaps. The largest child comes last: a front can be merged with
 // the child just before it.
-std::vector<int> Postorder(const std::vector<int>& parent) {
+Array<int> Postorder(const Array<int>& parent) {
   const int n = static_cast<int>(parent.size());
-  std::vector<int> size(parent.size(), 1), postorder, stack;
+  Array<int> size(parent.size(), 1), postorder, stack;
   postorder.reserve(parent.size());
   for (int k = 0; k < n; ++k) {
     if (parent[k] >= 0) size[parent[k]] += size[k];
@@ -126,11 +126,11 @@ std::vector<int> Postorder(const std::vector<int>& parent) {
 }
 
 // Fronts of consecutive blocks with exactly the same later neighbors; a block without such a partner is one alone.
-std::vector<Front> ExactFronts(const Lists& neighbors, const EliminationPlan& plan, const std::vector<int>& parent) {
+Array<Front> ExactFronts(const Lists& neighbors, const EliminationPlan& plan, const Array<int>& parent) {
   const int n = static_cast<int>(plan.order.size());
   const Lists children = ChildrenOf(parent);
-  std::vector<int> seen_by(plan.order.size(), -1), front_of(plan.order.size()), found;
-  std::vector<Front> fronts;
+  Array<int> seen_by(plan.order.size(), -1), front_of(plan.order.size()), found;
+  Array<Front> fronts;
   size_t below_last = 0;  // the length of block k − 1's list
   for (int k = 0; k < n; ++k) {
     const auto add = [&](int i) {
@@ -169,8 +169,8 @@ double Cost(double k, double r) {
 }
 
 // Merges a front with the child just before it wherever the stored zeros cost less than the merging saves.
-std::vector<Front> MergeFronts(std::vector<Front> exact) {
-  std::vector<Front> merged;  // backwards
+Array<Front> MergeFronts(Array<Front> exact) {
+  Array<Front> merged;  // backwards
   for (auto front = exact.rbegin(); front != exact.rend(); ++front) {
     if (!merged.empty() && !front->below.empty()) {
       Front& next = merged.back();
@@ -190,13 +190,13 @@ std::vector<Front> MergeFronts(std::vector<Front> exact) {
 
 }  // namespace
 
-Lists ChildrenOf(const std::vector<int>& parent) {
+Lists ChildrenOf(const Array<int>& parent) {
   const int n = static_cast<int>(parent.size());  // the list of roots is behind all others
   return ListByKey(n, n + 1, [&](int k) { return parent[k] < 0 ? n : parent[k]; });
 }
 
-std::vector<int> EliminationPlan::FrontOfEachBlock() const {
-  std::vector<int> front_of(order.size());
+Array<int> EliminationPlan::FrontOfEachBlock() const {
+  Array<int> front_of(order.size());
   for (size_t f = 0; f < fronts.size(); ++f) {
     std::fill(front_of.begin() + fronts[f].first, front_of.begin() + fronts[f].last, static_cast<int>(f));
   }
@@ -204,15 +204,15 @@ std::vector<int> EliminationPlan::FrontOfEachBlock() const {
 }
 
 EliminationPlan PlanElimination(const SymmetricBlockMatrix& A) {
-  std::vector<int> dims(static_cast<size_t>(A.NumColumns()));
+  Array<int> dims(static_cast<size_t>(A.NumColumns()));
   for (int block = 0; block < A.NumColumns(); ++block) dims[block] = A.Dim(block);
   return PlanElimination(dims, Neighbors(A));
 }
 
-EliminationPlan PlanElimination(const std::vector<int>& dims, const Lists& neighbors, int last) {
+EliminationPlan PlanElimination(const Array<int>& dims, const Lists& neighbors, int last) {
   EliminationPlan plan;
   if (dims.empty()) return plan;
-  const std::vector<int> order = MinimumDegreeOrder(neighbors, last);
+  const Array<int> order = MinimumDegreeOrder(neighbors, last);
   plan.order.reserve(dims.size());
   for (const int k : Postorder(EliminationTree(neighbors, order))) plan.order.push_back(order[k]);
   plan.position = Invert(plan.order);
@@ -221,10 +221,10 @@ EliminationPlan PlanElimination(const std::vector<int>& dims, const Lists& neigh
   for (const int block : plan.order) plan.offset.push_back(plan.offset.back() + dims[block]);
 
   // A postorder of the tree has the same fill-in as the order that gave the tree, and the same tree, renumbered.
-  std::vector<Front> exact = ExactFronts(neighbors, plan, EliminationTree(neighbors, plan.order));
+  Array<Front> exact = ExactFronts(neighbors, plan, EliminationTree(neighbors, plan.order));
   for (Front& front : exact) SetSizes(plan, &front);
   plan.fronts = MergeFronts(std::move(exact));
-  const std::vector<int> front_of = plan.FrontOfEachBlock();
+  const Array<int> front_of = plan.FrontOfEachBlock();
   for (Front& front : plan.fronts) {
     if (!front.below.empty()) front.parent = front_of[front.below[0]];
     plan.num_factor_values += front.pivots * (0.5 * (front.pivots + 1.0) + front.rows_below);

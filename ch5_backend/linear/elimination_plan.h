@@ -23,18 +23,18 @@ namespace ch5 {
 
 /// One dense submatrix. Blocks are counted in elimination order.
 struct Front {
-  int first, last;         ///< eliminates blocks [first, last)
-  std::vector<int> below;  ///< ascending blocks ≥ last
-  int parent = -1;         ///< the front that eliminates below[0]; −1 for a root
-  int pivots = 0;          ///< the sizes of both in numbers
+  int first, last;   ///< eliminates blocks [first, last)
+  Array<int> below;  ///< ascending blocks ≥ last
+  int parent = -1;   ///< the front that eliminates below[0]; −1 for a root
+  int pivots = 0;    ///< the sizes of both in numbers
   int rows_below = 0;
 };
 
 struct EliminationPlan {
-  std::vector<int> order;          ///< block `order[k]` of the matrix is the k-th to be eliminated
-  std::vector<int> position;       ///< its inverse
-  std::vector<int> offset;         ///< first number of the k-th block in elimination order
-  std::vector<Front> fronts;       ///< children before parents
+  Array<int> order;                ///< block `order[k]` of the matrix is the k-th to be eliminated
+  Array<int> position;             ///< its inverse
+  Array<int> offset;               ///< first number of the k-th block in elimination order
+  Array<Front> fronts;             ///< children before parents
   double num_factor_values = 0.0;  ///< numbers in L, the zeros that a front stores included
   double multiplications = 0.0;    ///< of the factorization; a dense one takes n³/6
 
@@ -44,7 +44,7 @@ struct EliminationPlan {
     return first[1] - first[0];
   }
   /// The front that eliminates each block, in elimination order.
-  std::vector<int> FrontOfEachBlock() const;
+  Array<int> FrontOfEachBlock() const;
 };
 
 /// Plans for the pattern of A; its values do not matter.
@@ -52,10 +52,10 @@ EliminationPlan PlanElimination(const SymmetricBlockMatrix& A);
 /// The same for a pattern without a matrix.
 /// @param dims  the size of each block;  @param neighbors  of each, on both sides of the diagonal, without itself, each once
 /// @param last  the blocks [0, last) are eliminated last
-EliminationPlan PlanElimination(const std::vector<int>& dims, const Lists& neighbors, int last = 0);
+EliminationPlan PlanElimination(const Array<int>& dims, const Lists& neighbors, int last = 0);
 
 /// The children of each node of a tree or of several, ascending; behind them the roots, whose parent is −1.
-Lists ChildrenOf(const std::vector<int>& parent);
+Lists ChildrenOf(const Array<int>& parent);
 
 /// The plan that treats A as a dense matrix: one front of all blocks.
 EliminationPlan PlanOneFront(const SymmetricBlockMatrix& A);

@@ -28,7 +28,7 @@ class DenseCholesky : public ReducedSolver {
   }
 
   bool Solve(const SymmetricBlockMatrix& S, const VecX& b, const VecX& scale, VecX* x) override {
-    S.CopyLower(&A_);
+    S.CopyLower(A_.data());
     MinPivots(scale, &min_pivot_);
     if (!kernels::Factor(S.Size(), A_.data(), S.Size(), min_pivot_.data(), pool_)) return false;
     *x = b;
@@ -64,8 +64,8 @@ class SparseCholeskySolver : public ReducedSolver {
 };
 
 // Everything that a plan depends on: two matrices of equal patterns have the same plan.
-std::vector<int> PatternOf(const SymmetricBlockMatrix& S) {
-  std::vector<int> pattern;
+Array<int> PatternOf(const SymmetricBlockMatrix& S) {
+  Array<int> pattern;
   pattern.reserve(static_cast<size_t>(2 * S.NumColumns() + S.NumBlocks()));
   for (int j = 0; j < S.NumColumns(); ++j) {
     pattern.push_back(S.Dim(j));
@@ -78,7 +78,7 @@ std::vector<int> PatternOf(const SymmetricBlockMatrix& S) {
 class AutomaticCholesky : public ReducedSolver {
  public:
   void Prepare(const SymmetricBlockMatrix& S, ThreadPool* pool) override {
-    std::vector<int> pattern = PatternOf(S);
+    Array<int> pattern = PatternOf(S);
     if (chosen_ && pattern == pattern_) return;  // one solver's pool stays the same
     pattern_ = std::move(pattern);
     constexpr double kSmall = 100.0;
@@ -87,12 +87,11 @@ class AutomaticCholesky : public ReducedSolver {
     EliminationPlan plan;
     if (!dense) plan = PlanElimination(S);
     if (dense || plan.multiplications > 0.5 * n * n * n / 6.0) {
-      chosen_ = std::make_unique<DenseCholesky>();
-      chosen_->Prepare(S, pool);
+      dense_.Prepare(S, pool);
+      chosen_ = &dense_;
     } else {
-      auto sparse = std::make_unique<SparseCholeskySolver>();
-      sparse->Prepare(S, std::move(plan), pool);
-      chosen_ = std::move(sparse);
+      sparse_.Prepare(S, std::move(plan), pool);
+      chosen_ = &sparse_;
     }
   }
 
@@ -101,8 +100,10 @@ class AutomaticCholesky : public ReducedSolver {
   }
 
  private:
-  std::vector<int> pattern_;
-  std::unique_ptr<ReducedSolver> chosen_;
+  Array<int> pattern_;
+  DenseCholesky dense_;
+  SparseCholeskySolver sparse_;
+  ReducedSolver* chosen_ = nullptr;  // one of the two
 };
 
 class BlockPcg : public ReducedSolver {
@@ -148,7 +149,7 @@ class BlockPcg : public ReducedSolver {
   }
 
   double tolerance_;
-  std::vector<Eigen::LLT<MatXX>> factors_;
+  Array<Eigen::LLT<MatXX>> factors_;
   LinearIterate iterate_;
 };
 
@@ -158,7 +159,7 @@ class PseudoInverse : public ReducedSolver {
 
   void Prepare(const SymmetricBlockMatrix& S, ThreadPool* /*pool*/) override { A_.resize(S.Size(), S.Size()); }
   bool Solve(const SymmetricBlockMatrix& S, const VecX& b, const VecX& /*scale*/, VecX* x) override {
-    S.CopyLower(&A_);
+    S.CopyLower(A_.data());
     try {
       *x = PseudoInversePsd(A_.selfadjointView<Eigen::Lower>(), nullity_) * b;
     } catch (const std::invalid_argument&) {

@@ -31,7 +31,7 @@ class SelectedInverse {
   std::optional<Eigen::Block<const MatXX>> Find(int later, int earlier) const;
 
   EliminationPlan plan_;
-  std::vector<int> front_of_;                 // the front that eliminates a block
+  Array<int> front_of_;                       // the front that eliminates a block
   std::vector<std::vector<int>> rows_below_;  // of each front: the row of each block below
   std::vector<MatXX> Z_;                      // of each front: [Z_pp; Z_bp]
 };

@@ -11,7 +11,7 @@ namespace ch5 {
 
 // A = L Lᵀ, front by front, children first.  Liu (1992)
 bool SparseCholesky::Factorize(const SymmetricBlockMatrix& A, const VecX& min_pivot) {
-  for (size_t i = 0; i < permutation_.size(); ++i) min_pivot_[static_cast<long>(i)] = min_pivot[permutation_[i]];
+  for (size_t i = 0; i < permutation_.size(); ++i) min_pivot_[i] = min_pivot[permutation_[i]];
   std::atomic<bool> ok{true};
   ParallelFor(pool_, tasks_.size() - 1, 1, [&](int t, int) {
     for (const int f : tasks_[t]) {
@@ -105,6 +105,7 @@ void SparseCholesky::AddRuns(int child, int begin, int end, double* target, ptrd
 void SparseCholesky::Solve(const VecX& b, VecX* x) {
   const int n = static_cast<int>(permutation_.size());
   for (int i = 0; i < n; ++i) x_[i] = b[permutation_[i]];
+  auto y = VecX::Map(x_.data(), n), gathered = VecX::Map(gathered_.data(), static_cast<Eigen::Index>(gathered_.size()));
 
   // Calls use(number in x_, number in gathered_, length) for each block below a front.
   const auto for_rows_below = [&](const Front& front, auto use) {
@@ -121,16 +122,16 @@ void SparseCholesky::Solve(const VecX& b, VecX* x) {
     const double* L_11 = L_.data() + places_[f].columns;
     double* x_k = x_.data() + plan_.offset[front.first];
     kernels::SolveLower(k, L_11, k + r, x_k);
-    gathered_.head(r).setZero();
+    gathered.head(r).setZero();
     kernels::SubtractProductAx(r, k, L_11 + k, k + r, x_k, gathered_.data());
-    for_rows_below(front, [&](int i, int row, int length) { x_.segment(i, length) += gathered_.segment(row, length); });
+    for_rows_below(front, [&](int i, int row, int length) { y.segment(i, length) += gathered.segment(row, length); });
   }
   for (int f = static_cast<int>(places_.size()) - 1; f >= 0; --f) {  // Lᵀ x = y
     const Front& front = plan_.fronts[f];
     const int k = front.pivots, r = front.rows_below;
     const double* L_11 = L_.data() + places_[f].columns;
     double* x_k = x_.data() + plan_.offset[front.first];
-    for_rows_below(front, [&](int i, int row, int length) { gathered_.segment(row, length) = x_.segment(i, length); });
+    for_rows_below(front, [&](int i, int row, int length) { gathered.segment(row, length) = y.segment(i, length); });
     kernels::SubtractProductAtx(r, k, L_11 + k, k + r, gathered_.data(), x_k);
     kernels::SolveLowerTranspose(k, L_11, k + r, x_k);
   }

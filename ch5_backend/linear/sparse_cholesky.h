@@ -54,7 +54,7 @@ class SparseCholesky {
 
   void PlaceColumns();
   void PlanGathering(const SymmetricBlockMatrix& A);
-  void PlanRuns(int child, int parent_pivots, const std::vector<int>& row_of);
+  void PlanRuns(int child, int parent_pivots, const Array<int>& row_of);
   void PlanTasks();
   void PlaceUpdates();
   bool FactorFront(const SymmetricBlockMatrix& A, int f, ThreadPool* pool);
@@ -65,14 +65,14 @@ class SparseCholesky {
 
   EliminationPlan plan_;
   ThreadPool* pool_ = nullptr;
-  std::vector<FrontMemory> places_;
+  Array<FrontMemory> places_;
   Lists children_;  // of each front
-  std::vector<Copy> copies_;
-  std::vector<RowRun> runs_;
+  Array<Copy> copies_;
+  Array<RowRun> runs_;
   Lists tasks_;  // fronts that one thread works through, children first; the last waits for all
   AlignedVector L_, updates_;
-  std::vector<int> permutation_;   // number i in elimination order is number permutation_[i] of A
-  VecX min_pivot_, x_, gathered_;  // the first two in elimination order; the rows below a front
+  Array<int> permutation_;                  // number i in elimination order is number permutation_[i] of A
+  AlignedVector min_pivot_, x_, gathered_;  // the first two in elimination order; the rows below a front
 };
 
 }  // namespace ch5

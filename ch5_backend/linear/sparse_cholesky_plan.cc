@@ -11,7 +11,7 @@ void SparseCholesky::Analyze(const SymmetricBlockMatrix& A, EliminationPlan plan
   pool_ = pool;
   plan_ = std::move(plan);
   places_.assign(plan_.fronts.size(), {});
-  std::vector<int> parent(places_.size());
+  Array<int> parent(places_.size());
   for (size_t f = 0; f < places_.size(); ++f) parent[f] = plan_.fronts[f].parent;
   children_ = ChildrenOf(parent);
   PlaceColumns();
@@ -24,11 +24,10 @@ void SparseCholesky::Analyze(const SymmetricBlockMatrix& A, EliminationPlan plan
   for (const int block : plan_.order) {
     for (int i = 0; i < A.Dim(block); ++i) permutation_.push_back(A.Offset(block) + i);
   }
-  min_pivot_.resize(A.Size());
-  x_.resize(A.Size());
+  for (AlignedVector* numbers : {&min_pivot_, &x_}) numbers->resize(static_cast<size_t>(A.Size()));
   int most_below = 0;
   for (const Front& front : plan_.fronts) most_below = std::max(most_below, front.rows_below);
-  gathered_.resize(most_below);
+  gathered_.resize(static_cast<size_t>(most_below));
 }
 
 void SparseCholesky::PlaceColumns() {
@@ -43,11 +42,11 @@ void SparseCholesky::PlaceColumns() {
 
 // A block (i, j) of A goes to the front that eliminates the earlier of the two; a child's U goes to its parent.
 void SparseCholesky::PlanGathering(const SymmetricBlockMatrix& A) {
-  std::vector<int> column(static_cast<size_t>(A.NumBlocks()));  // of each block
+  Array<int> column(static_cast<size_t>(A.NumBlocks()));  // of each block
   for (int j = 0; j < A.NumColumns(); ++j) {
     std::fill(column.begin() + A.ColumnBegin(j), column.begin() + A.ColumnBegin(j + 1), j);
   }
-  const std::vector<int> front_of = plan_.FrontOfEachBlock();
+  const Array<int> front_of = plan_.FrontOfEachBlock();
   const Lists blocks = ListByKey(A.NumBlocks(), static_cast<int>(places_.size()), [&](int block) {  // of each front
     return front_of[std::min(plan_.position[A.Row(block)], plan_.position[column[block]])];
   });
@@ -55,7 +54,7 @@ void SparseCholesky::PlanGathering(const SymmetricBlockMatrix& A) {
   copies_.clear();
   copies_.reserve(column.size());
   runs_.clear();
-  std::vector<int> row_of(plan_.order.size());  // of a block (in elimination order) in the front at hand
+  Array<int> row_of(plan_.order.size());  // of a block (in elimination order) in the front at hand
   for (size_t f = 0; f < places_.size(); ++f) {
     const Front& front = plan_.fronts[f];
     int row = 0;
@@ -79,7 +78,7 @@ void SparseCholesky::PlanGathering(const SymmetricBlockMatrix& A) {
   }
 }
 
-void SparseCholesky::PlanRuns(int child, int parent_pivots, const std::vector<int>& row_of) {
+void SparseCholesky::PlanRuns(int child, int parent_pivots, const Array<int>& row_of) {
   const int begin = static_cast<int>(runs_.size());
   int from = 0;
   for (const int block : plan_.fronts[child].below) {
@@ -104,7 +103,7 @@ void SparseCholesky::PlanRuns(int child, int parent_pivots, const std::vector<in
 // Whole subtrees, each a small part of the work, are tasks for any thread; the fronts above them are the last task.
 void SparseCholesky::PlanTasks() {
   const int n = static_cast<int>(places_.size());
-  std::vector<double> work(places_.size(), 1.0);
+  Array<double> work(places_.size(), 1.0);
   for (int f = 0; f < n; ++f) {
     const double k = plan_.fronts[f].pivots, m = k + plan_.fronts[f].rows_below;
     work[f] += k * m * m;
@@ -115,13 +114,13 @@ void SparseCholesky::PlanTasks() {
   const int threads = pool_ ? pool_->Threads() : 1;
   const double small = threads == 1 ? total : total / (6.0 * threads);
 
-  std::vector<int> roots;  // of these subtrees, the one with the most work first
+  Array<int> roots;  // of these subtrees, the one with the most work first
   for (int f = n - 1; f >= 0; --f) {
     const int parent = plan_.fronts[f].parent;
     if (work[f] <= small && (parent < 0 || work[parent] > small)) roots.push_back(f);
   }
-  std::stable_sort(roots.begin(), roots.end(), [&](int a, int b) { return work[a] > work[b]; });
-  std::vector<int> task_of(places_.size(), static_cast<int>(roots.size()));
+  std::sort(roots.begin(), roots.end(), [&](int a, int b) { return std::pair(work[a], a) > std::pair(work[b], b); });
+  Array<int> task_of(places_.size(), static_cast<int>(roots.size()));
   for (size_t t = 0; t < roots.size(); ++t) task_of[roots[t]] = static_cast<int>(t);
   for (int f = n - 1; f >= 0; --f) {
     const int parent = plan_.fronts[f].parent;
@@ -134,7 +133,7 @@ void SparseCholesky::PlanTasks() {
 // of its children are still needed. So each task has two stacks, for the even and the odd levels of the tree.
 void SparseCholesky::PlaceUpdates() {
   const int n = static_cast<int>(places_.size());
-  std::vector<int> generation(places_.size(), 0), task_of(places_.size(), 0);
+  Array<int> generation(places_.size(), 0), task_of(places_.size(), 0);
   for (int f = n - 1; f >= 0; --f) {
     if (plan_.fronts[f].parent >= 0) generation[f] = 1 - generation[plan_.fronts[f].parent];
   }

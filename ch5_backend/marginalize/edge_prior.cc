@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "ch5_backend/linear/aligned_vector.h"
 #include "ch5_backend/math/dense_kernels.h"
 #include "ch5_backend/math/vector_kernels.h"
 
@@ -10,18 +11,20 @@ namespace ch5 {
 namespace {
 
 // How many leading rows and columns are those of the identity; in a pose's block only the rotation's differ.
-Eigen::Index LeadingIdentity(const MatXX& B) {
+Eigen::Index LeadingIdentity(const Eigen::Map<MatXX>& B) {
   Eigen::Index k = 0;
   while (k < B.rows() && B(k, k) == 1.0 && B.row(k).squaredNorm() == 1.0 && B.col(k).squaredNorm() == 1.0) ++k;
   return k;
 }
 
 // −JᵀJ, its lower half. By the kernels, as each image makes a new prior and Eigen takes many times as long without AVX.
-MatXX MinusGram(const MatXX& J) {
+ArrayMatrix MinusGram(const MatXX& J) {
   const int rows = static_cast<int>(J.rows()), n = static_cast<int>(J.cols());
-  VecX Jt = VecX::Zero(J.size() + kernels::kOverread);
+  ArrayVector Jt(J.size() + kernels::kOverread);
+  Jt.setZero();
   Eigen::Map<MatXX>(Jt.data(), n, rows) = J.transpose();
-  MatXX minus_JtJ = MatXX::Zero(n, n);
+  ArrayMatrix minus_JtJ(n, n);
+  minus_JtJ.setZero();
   kernels::SubtractProductAAt(n, rows, Jt.data(), n, minus_JtJ.data(), n);
   return minus_JtJ;
 }
@@ -29,7 +32,13 @@ MatXX MinusGram(const MatXX& J) {
 }  // namespace
 
 EdgePrior::EdgePrior(Prior prior)
-    : Edge(static_cast<int>(prior.r0.size()), prior.vertices, nullptr, nullptr), prior_(std::move(prior)) {
+    : Edge(static_cast<int>(prior.r0.size()), VertexSpan(prior.vertices.data(), prior.vertices.size()), nullptr,
+           nullptr),
+      prior_(std::move(prior)),  // which moves the list, not its vertices
+      r_(prior_.r0.size()),
+      minus_delta_(prior_.J.cols()),
+      W_(prior_.r0.size(), prior_.r0.size()) {
+  jacobians_.assign(prior_.vertices.size(), nullptr);
   const auto rows = prior_.r0.size();
   Eigen::Index columns = 0;
   if (prior_.x0.size() != prior_.vertices.size()) throw std::invalid_argument("EdgePrior: one x0 per vertex is needed");
@@ -43,8 +52,8 @@ EdgePrior::EdgePrior(Prior prior)
     throw std::invalid_argument("EdgePrior: J must be " + std::to_string(rows) + "x" + std::to_string(columns) +
                                 ", got " + std::to_string(prior_.J.rows()) + "x" + std::to_string(prior_.J.cols()));
   }
-  r_ = prior_.r0;
-  W_ = MatXX::Identity(rows, rows);
+  SetResidual(prior_.r0);
+  W_.setIdentity();
   SetMemory(r_.data(), W_.data());
 }
 
@@ -59,17 +68,15 @@ void EdgePrior::TakeJacobians() const {
 
 // r = r₀ + J (x ⊟ x₀).  Leutenegger (2015), §4.3
 void EdgePrior::ComputeResidual() {
-  bool is_known = minus_delta_.size() == prior_.J.cols();
-  minus_delta_.resize(prior_.J.cols());
+  ArrayVector delta(prior_.J.cols());
   Eigen::Index row = 0;
   for (size_t i = 0; i < prior_.vertices.size(); ++i) {
-    const VecX delta = prior_.vertices[i]->Minus(prior_.x0[i]);
-    auto before = minus_delta_.segment(row, delta.size());
-    is_known = is_known && before == -delta;
-    before = -delta;
-    row += delta.size();
+    prior_.vertices[i]->MinusInto(prior_.x0[i], delta.data() + row, nullptr);
+    row += prior_.vertices[i]->LocalDimension();
   }
-  if (is_known) return;  // as a solver asks for the Hessian where it has just asked for the cost
+  // A solver asks for the Hessian where it has just asked for the cost.
+  if (minus_delta_ == -delta) return;
+  minus_delta_ = -delta;
   r_ = prior_.r0;
   const int rows = static_cast<int>(prior_.J.rows()), n = static_cast<int>(prior_.J.cols());
   kernels::SubtractProductAx(rows, n, prior_.J.data(), rows, minus_delta_.data(), r_.data());
@@ -94,25 +101,29 @@ bool EdgePrior::NegativeProductsInto(double* products) {
   if (GetLossFunction() || IsotropicInformation() != 1.0) return false;
   ComputeResidual();
   const Eigen::Index n = prior_.J.cols();
-  if (minus_JtJ_.size() == 0) minus_JtJ_ = MinusGram(prior_.J);
+  if (!minus_JtJ_) minus_JtJ_.emplace(MinusGram(prior_.J));
   Eigen::Map<MatXX> C(products, n + 1, n + 1);
   Eigen::Index column = 0;
   for (const auto& vertex : prior_.vertices) {  // the lower half, and all of the blocks on the diagonal
     const Eigen::Index begin = column, end = begin + vertex->LocalDimension();
     for (; column < end; ++column) {
-      for (Eigen::Index row = begin; row < column; ++row) C(row, column) = minus_JtJ_(column, row);
-      std::copy_n(&minus_JtJ_(column, column), n - column, &C(column, column));
+      for (Eigen::Index row = begin; row < column; ++row) C(row, column) = (*minus_JtJ_)(column, row);
+      std::copy_n(&(*minus_JtJ_)(column, column), n - column, &C(column, column));
     }
   }
-  b_.setZero(n);
+  ArrayVector b(n);  // −Jᵀr
+  b.setZero();
   const int rows = static_cast<int>(prior_.J.rows());
-  kernels::SubtractProductAtx(rows, static_cast<int>(n), prior_.J.data(), rows, r_.data(), b_.data());
-  C.row(n).head(n) = b_.transpose();
+  kernels::SubtractProductAtx(rows, static_cast<int>(n), prior_.J.data(), rows, r_.data(), b.data());
+  C.row(n).head(n) = b.transpose();
   C(n, n) = -r_.squaredNorm();
   if (keep_jacobian_) return true;
   Eigen::Index begin = 0;
   for (size_t i = 0; i < prior_.vertices.size(); ++i) {
-    const MatXX B = prior_.vertices[i]->MinusJacobian(prior_.x0[i]);
+    const Eigen::Index dim = prior_.vertices[i]->LocalDimension();
+    ArrayVector delta(dim);
+    ArrayMatrix B(dim, dim);
+    prior_.vertices[i]->MinusInto(prior_.x0[i], delta.data(), B.data());
     const Eigen::Index same = LeadingIdentity(B), rest = B.rows() - same, first = begin + same;
     const int rows_below = static_cast<int>(n + 1 - begin), columns_before = static_cast<int>(begin + B.rows());
     if (rest == 3) {

@@ -4,10 +4,13 @@
 /// H = JᵀJ and b = −Jᵀr₀ at x₀. J stays as it was at x₀ (the prior's first estimate); only x ⊟ x₀ changes with x. With B
 /// the small blocks of ∂(x ⊟ x₀)/∂δ, the Hessian elsewhere is  Bᵀ(JᵀJ)B,  whose product in brackets is computed once.
 
+#include <cmath>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "ch5_backend/graph/fast_edge.h"
+#include "ch5_backend/linear/aligned_vector.h"
 
 namespace ch5 {
 
@@ -42,18 +45,17 @@ class EdgePrior : public Edge, public FastEdge {
   /// For a residual that another class computes.  @param r  as long as r₀
   void SetResidual(const VecX& r) {
     r_ = r;
-    minus_delta_.resize(0);
+    minus_delta_.setConstant(NAN);
   }
 
  private:
   void TakeJacobians() const override;
 
   Prior prior_;
-  VecX r_, minus_delta_;  // r, and the −(x ⊟ x₀) that it was computed at
-  VecX b_;                // −Jᵀr, where NegativeProductsInto makes it
-  MatXX W_;
-  mutable MatXX J_;  // the vertices' blocks side by side
-  MatXX minus_JtJ_;  // at x₀, its lower half; empty until it is asked for
+  ArrayVector r_, minus_delta_;  // r, and the −(x ⊟ x₀) that it was computed at, or NaN
+  ArrayMatrix W_;
+  mutable MatXX J_;                       // the vertices' blocks side by side
+  std::optional<ArrayMatrix> minus_JtJ_;  // at x₀, its lower half; empty until it is asked for
   bool keep_jacobian_ = false;
 };
 

@@ -1,6 +1,7 @@
 /// FactorNormalEquations. Apart from square_root.cc, which the homework's given code calls: this is the answer of stages
 /// 5 and 6.
 
+#include "ch5_backend/linear/aligned_vector.h"
 #include "ch5_backend/linear/pivot_rule.h"
 #include "ch5_backend/marginalize/square_root.h"
 #include "ch5_backend/math/dense_kernels.h"
@@ -19,14 +20,20 @@ SquareRootForm FactorNormalEquations(const MatXX& H, const VecX& b, const Eigenv
   return form;
 }
 
-SquareRootForm FactorNormalEquations(const MatXX& H, const VecX& b, const VecX& scale) {
+SquareRootForm FactorNormalEquations(const Eigen::Ref<const MatXX>& H, const Eigen::Ref<const VecX>& b,
+                                     const VecX& scale) {
   constexpr int kPanel = 12;  // columns of Jᵀ before what remains of H is recomputed
   const int n = static_cast<int>(H.rows());
-  const VecX p = ScalingOf(scale), p_inverse = p.cwiseInverse();
-  VecX memory = VecX::Zero(2 * n * n + 2 * kernels::kOverread);
+  ArrayVector p(n), p_inverse(n);
+  p = scale.unaryExpr([](double H_ii) { return ScalingOf(H_ii); });
+  p_inverse = p.cwiseInverse();
+  ArrayVector memory(2 * n * n + 2 * kernels::kOverread);
+  memory.setZero();
   Eigen::Map<MatXX> rest(memory.data(), n, n), Jt(memory.data() + n * n + kernels::kOverread, n, n);
   rest = p_inverse.asDiagonal() * H * p_inverse.asDiagonal();
-  VecX b_rest = p_inverse.asDiagonal() * b, diagonal = rest.diagonal(), r0(n);
+  ArrayVector b_rest(n), diagonal(n), r0(n);
+  b_rest = p_inverse.asDiagonal() * b;
+  diagonal = rest.diagonal();
   int rank = 0, pivot = 0;
   const auto next = [&] { return rank < n && diagonal.maxCoeff(&pivot) > PivotRounding(n); };
   for (int first = 0; next(); first = rank) {

@@ -54,54 +54,83 @@ void CheckFinite(const std::vector<std::shared_ptr<Edge>>& edges, const Eliminat
 }
 
 // N with N Nᵀ = H_dd⁻¹. Most windows know their oldest frame well: then Cholesky serves, in a third of the time.
-MatXX RootOfInverse(const MatXX& H_dd) {
+ArrayMatrix RootOfInverse(const Eigen::Ref<const MatXX>& H_dd) {
   constexpr double kSmallestPivot = 1e-2;  // of a matrix with ones on its diagonal: no eigenvalue is near the cutoff
-  const VecX p_inverse = ScalingOf(H_dd).cwiseInverse();
-  const Eigen::LLT<MatXX> factor(p_inverse.asDiagonal() * H_dd * p_inverse.asDiagonal());
+  ArrayVector p_inverse(H_dd.rows());
+  p_inverse = H_dd.diagonal().unaryExpr([](double H_ii) { return 1.0 / ScalingOf(H_ii); });
+  ArrayMatrix scaled(H_dd.rows(), H_dd.rows()), N(H_dd.rows(), H_dd.rows());
+  scaled = p_inverse.asDiagonal() * H_dd * p_inverse.asDiagonal();
+  Eigen::Ref<MatXX> in_place(scaled);
+  const Eigen::LLT<Eigen::Ref<MatXX>> factor(in_place);
   if (factor.info() != Eigen::Success || !(factor.matrixLLT().diagonal().array() > kSmallestPivot).all()) {
-    return PseudoInverseSquareRoot(H_dd);
+    N = PseudoInverseSquareRoot(H_dd);
+    return N;
   }
-  return factor.matrixL().solve(MatXX(p_inverse.asDiagonal())).transpose();
+  N = p_inverse.asDiagonal();
+  factor.matrixL().solveInPlace(N);
+  N.transposeInPlace();
+  return N;
 }
 
+// A MarginalSystem whose memory comes and goes.
+struct Marginal {
+  Vertices kept;
+  ArrayMatrix H;
+  ArrayVector b;
+  VecX scale;
+};
+
 // 2. The dropped vertices that are left, the last of H:  M = H_kd N,  N Nᵀ = H_dd⁺.
-MarginalSystem EliminateDense(Vertices kept, int n, const Eliminated& eliminated) {
+Marginal EliminateDense(Vertices kept, int n, const Eliminated& eliminated) {
   const SymmetricBlockMatrix& S = eliminated.S;
   const VecX& b = eliminated.b_S;
   const int m = S.Size() - n;
-  MatXX H_all = MatXX::Zero(S.Size(), S.Size());
-  S.CopyLower(&H_all);
-  const MatXX N = RootOfInverse(H_all.bottomRightCorner(m, m));
-  VecX memory = VecX::Zero(n * m + kernels::kOverread);
+  ArrayMatrix H_all(S.Size(), S.Size());
+  H_all.setZero();
+  S.CopyLower(H_all.data());
+  const ArrayMatrix N = RootOfInverse(H_all.bottomRightCorner(m, m));
+  ArrayVector memory(n * m + kernels::kOverread);
+  memory.setZero();
   Eigen::Map<MatXX> M(memory.data(), n, m);
   M.noalias() = H_all.bottomLeftCorner(m, n).transpose().lazyProduct(N);
-  MatXX H = H_all.topLeftCorner(n, n);
+  ArrayMatrix H(n, n);
+  ArrayVector Ntb(m), MNtb(n), b_kept(n);
+  H = H_all.topLeftCorner(n, n);
   if (n > 0) kernels::SubtractProductAAt(n, m, M.data(), n, H.data(), n);
   H.triangularView<Eigen::StrictlyUpper>() = H.transpose();
-  return {std::move(kept), std::move(H), b.head(n) - M * (N.transpose() * b.tail(m)),
-          eliminated.damped_diagonal.head(n)};
+  Ntb.noalias() = N.transpose() * b.tail(m);
+  MNtb.noalias() = M * Ntb;
+  b_kept = b.head(n) - MNtb;
+  return {std::move(kept), std::move(H), std::move(b_kept), eliminated.damped_diagonal.head(n)};
+}
+
+Marginal Eliminate(const std::vector<std::shared_ptr<Edge>>& edges, const Vertices& drop) {
+  CheckMarginalization(edges, drop);
+  DropOrdering order = MakeDropOrdering(edges, drop);
+  Structure structure = BuildStructure(std::move(order.ordering));
+  thread_local Workspace workspace;
+  EliminateLandmarks(structure, &workspace);
+  CheckFinite(edges, workspace.eliminated);
+  Vertices& kept = structure.ordering.poses;  // and then the dropped ones
+  kept.resize(static_cast<size_t>(order.num_kept));
+  return EliminateDense(std::move(kept), order.kept_size, workspace.eliminated);
 }
 
 }  // namespace
 
 MarginalSystem EliminateVertices(const std::vector<std::shared_ptr<Edge>>& edges, const Vertices& drop) {
-  CheckMarginalization(edges, drop);
-  DropOrdering order = MakeDropOrdering(edges, drop);
-  Vertices kept(order.ordering.poses.begin(), order.ordering.poses.begin() + order.num_kept);
-  const Structure structure = BuildStructure(std::move(order.ordering));
-  thread_local Workspace workspace;
-  EliminateLandmarks(structure, &workspace);
-  CheckFinite(edges, workspace.eliminated);
-  return EliminateDense(std::move(kept), order.kept_size, workspace.eliminated);
+  Marginal marginal = Eliminate(edges, drop);
+  return {std::move(marginal.kept), marginal.H, marginal.b, std::move(marginal.scale)};
 }
 
 // H_rr − H_rm H_mm⁻¹ H_mr, then its root.  Leutenegger (2015), §4.3
 Prior Marginalize(const std::vector<std::shared_ptr<Edge>>& edges, const std::vector<std::shared_ptr<Vertex>>& drop,
                   const std::optional<EigenvalueCutoff>& cutoff) {
-  MarginalSystem system = EliminateVertices(edges, drop);
+  Marginal system = Eliminate(edges, drop);
   SquareRootForm form = cutoff ? FactorNormalEquations(system.H, system.b, *cutoff)
                                : FactorNormalEquations(system.H, system.b, system.scale);
   Prior prior;
+  prior.x0.reserve(system.kept.size());
   for (const auto& vertex : system.kept) prior.x0.emplace_back(vertex->Parameters());
   prior.vertices = std::move(system.kept);
   prior.J = std::move(form.J);

@@ -102,7 +102,7 @@ Prior MarginalizeQr(const std::vector<std::shared_ptr<Edge>>& edges, const std::
   const DropOrdering order = MakeDropOrdering(edges, drop);
   const std::vector<std::shared_ptr<Vertex>>&poses = order.ordering.poses, &landmarks = order.ordering.landmarks;
   const int size = order.ordering.dim_poses, kept = order.kept_size, dropped = size - kept;
-  const std::vector<int> landmark_of = LandmarkOfEachEdge(order.ordering);
+  const Array<int> landmark_of = LandmarkOfEachEdge(order.ordering);
   std::vector<std::vector<Edge*>> edges_of(landmarks.size() + 1);  // each dropped landmark; the others come last
   for (size_t e = 0; e < edges.size(); ++e) {
     edges_of[landmark_of[e] < 0 ? landmarks.size() : static_cast<size_t>(landmark_of[e])].push_back(edges[e].get());

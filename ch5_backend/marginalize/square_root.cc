@@ -8,10 +8,6 @@ namespace ch5 {
 EigenvalueCutoff EigenvalueCutoff::Okvis() { return {std::numeric_limits<double>::epsilon(), 0.0, true}; }
 EigenvalueCutoff EigenvalueCutoff::Vins() { return {0.0, 1e-8, false}; }
 
-VecX ScalingOf(const VecX& diagonal) {
-  return (diagonal.array() > 1e-9).select(diagonal.array().max(0.0).sqrt(), 1e-3);
-}
-
 VecX ScalingFor(const EigenvalueCutoff& cutoff, const MatXX& H) {
   return cutoff.scaled ? ScalingOf(H) : VecX::Ones(H.rows());
 }

@@ -31,10 +31,14 @@ SquareRootForm FactorNormalEquations(const MatXX& H, const VecX& b, const Eigenv
 /// @param scale  n×1, the diagonal of H, or of that from which H is what an elimination has left: rounding is as large as
 ///               a part of that. Taken for knowledge, rounding of a free gauge becomes r₀ = b/√rounding without bound
 /// Source: Golub & Van Loan, "Matrix Computations", §4.2.8.
-SquareRootForm FactorNormalEquations(const MatXX& H, const VecX& b, const VecX& scale);
+SquareRootForm FactorNormalEquations(const Eigen::Ref<const MatXX>& H, const Eigen::Ref<const VecX>& b,
+                                     const VecX& scale);
 
 /// p_i = √H_ii where H_ii > 1e-9, else 1e-3 (OKVIS): what makes the diagonal of P⁻¹HP⁻¹ one.
-VecX ScalingOf(const VecX& diagonal);
+inline double ScalingOf(double H_ii) { return H_ii > 1e-9 ? std::sqrt(H_ii) : 1e-3; }
+inline VecX ScalingOf(const VecX& diagonal) {
+  return diagonal.unaryExpr([](double H_ii) { return ScalingOf(H_ii); });
+}
 inline VecX ScalingOf(const MatXX& H) { return ScalingOf(VecX(H.diagonal())); }
 /// The same where the cutoff asks for it, else ones.
 VecX ScalingFor(const EigenvalueCutoff& cutoff, const MatXX& H);

@@ -6,10 +6,12 @@
 #include <initializer_list>
 #include <vector>
 
+#include "ch5_backend/math/array_memory.h"
+
 namespace ch5 {
 
 struct Lists {
-  std::vector<int> items, begin;  ///< list k has items [begin[k], begin[k + 1])
+  Array<int> items, begin;  ///< list k has items [begin[k], begin[k + 1])
 
   /// One list, valid until items changes.
   struct View {
@@ -73,8 +75,7 @@ class KeySort {
  public:
   /// @return where the items of each key begin, and where the last ones end, counted from `begin`; valid until the next call
   template <typename Key>
-  const std::vector<int>& operator()(std::vector<int>::iterator begin, std::vector<int>::iterator end, int num_keys,
-                                     const Key& key) {
+  const Array<int>& operator()(Array<int>::iterator begin, Array<int>::iterator end, int num_keys, const Key& key) {
     const auto begin_of = [&](int of) -> int& { return begins_[static_cast<size_t>(of)]; };
     begins_.assign(static_cast<size_t>(num_keys) + 2, 0);
     for (auto item = begin; item != end; ++item) ++begin_of(key(*item) + 2);
@@ -86,7 +87,7 @@ class KeySort {
   }
 
  private:
-  std::vector<int> begins_, items_;
+  Array<int> begins_, items_;
 };
 
 }  // namespace ch5

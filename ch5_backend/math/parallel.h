@@ -77,8 +77,8 @@ void ParallelFor(ThreadPool* pool, int count, int size, const Range& range) {
 }
 
 /// Σ range(begin, end) over the same chunks, added in order. `parts` keeps its memory between calls.
-template <typename Range>
-double ParallelSum(ThreadPool* pool, int count, int size, std::vector<double>* parts, const Range& range) {
+template <typename Parts, typename Range>
+double ParallelSum(ThreadPool* pool, int count, int size, Parts* parts, const Range& range) {
   parts->assign(static_cast<size_t>(NumChunks(count, size)), 0.0);
   ParallelFor(pool, count, size, [&](int begin, int end) { (*parts)[begin / size] = range(begin, end); });
   double sum = 0.0;

@@ -1,5 +1,6 @@
 #include "ch5_backend/solve/minimizer.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <limits>
@@ -39,6 +40,7 @@ class Run {
     system_->SetOrdering();
     strategy_ = MakeStrategy(*system_, options_);
     may_become_damped_ = options_.algorithm == Algorithm::kAutomatic && system_->SuitsDogleg();
+    summary_.trace.reserve(static_cast<size_t>(std::clamp(options_.max_iterations, 0, 31)) + 1);
     cost_ = Evaluate(system_->Size() > 0);
     summary_.initial_cost = cost_;
     if (system_->Size() == 0) {
@@ -100,7 +102,7 @@ class Run {
     const Eigen::ArrayXd b = system_->RightHandSide().array().abs(), H_ii = system_->HessianDiagonal().array();
     const Eigen::Array<bool, Eigen::Dynamic, 1> is_near = b <= SmallStep(system_->StateNorm()) * H_ii;
     if (last_decrease_ > kGained * cost_) return is_near.all() && IsLowAlongTheValley();
-    return (is_near || Promises() <= kOfCost * cost_).all();
+    return (is_near || Promises().array() <= kOfCost * cost_).all();
   }
 
   // Edges of very unlike weights at the same vertices make one so stiff that a step of any coordinate alone promises nothing:
@@ -118,9 +120,11 @@ class Run {
   }
 
   // ½ b_i²/H_ii: what the model promises for a step of x_i alone, whatever the damping.
-  Eigen::ArrayXd Promises() const {
-    const Eigen::ArrayXd b = system_->RightHandSide().array(), H_ii = system_->HessianDiagonal().array();
-    return (b == 0.0).select(0.0, 0.5 * b.square() / H_ii);
+  VecX Promises() const {
+    VecX promises = system_->HessianDiagonal();
+    const auto b = system_->RightHandSide().array();
+    promises = (b == 0.0).select(0.0, 0.5 * b.square() / promises.array());
+    return promises;
   }
 
   double GreatestPromise() const { return Promises().maxCoeff(); }

@@ -9,7 +9,7 @@
 namespace ch5 {
 namespace {
 
-std::unordered_map<const Vertex*, int> NumbersOf(const std::vector<Vertex*>& vertices) {
+std::unordered_map<const Vertex*, int> NumbersOf(const Array<Vertex*>& vertices) {
   std::unordered_map<const Vertex*, int> numbers;
   for (const Vertex* vertex : vertices) numbers.emplace(vertex, static_cast<int>(numbers.size()));
   return numbers;

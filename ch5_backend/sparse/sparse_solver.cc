@@ -34,14 +34,17 @@ void SparseSolver::SetOrdering() {
       throw GraphError("HeldDirections: " + held.vertex->Name() + " is not in the solver's graph");
     }
   }
-  Ordering ordering = MakeOrdering(*graph_, selection_);
+  Ordering ordering = MakeOrdering(*graph_, selection_, std::move(used_ordering_));
   if (is_ordered_ && IsSame(ordering, structure_.ordering)) {
     const bool was_active = batches_.Active();
     batches_.Assign(structure_);  // a loss or W may be another one
     if (batches_.Active() == was_active) return;
   }
   is_ordered_ = false;
-  structure_ = BuildStructure(std::move(ordering));
+  Structure structure = BuildStructure(std::move(ordering));
+  used_ordering_ = std::move(structure_.ordering);
+  used_ordering_.Clear();
+  structure_ = std::move(structure);
   const bool tied_by_landmarks_alone = structure_.H_pp_pattern.items.size() == structure_.poses.size();
   const ReducedSolverType type = ChooseReducedSolver(reduced_type_, structure_.NumPoses(), tied_by_landmarks_alone);
   pool_.Run(2, [&](int task) {  // the two know nothing of each other
@@ -133,7 +136,7 @@ bool SparseSolver::MakeHessianAndCost(double* cost) {
 }
 
 double SparseSolver::Cost() {
-  const std::vector<EdgeRecord>& edges = structure_.edges;
+  const Array<EdgeRecord>& edges = structure_.edges;
   const int in_batch = EdgesInBatch();
   batches_.LoadPoses();
   return ParallelSum(&pool_, static_cast<int>(edges.size()), kEdges, &partial_sums_, [&](int begin, int end) {

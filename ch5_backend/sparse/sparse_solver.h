@@ -97,6 +97,7 @@ class SparseSolver : public NormalEquations {
 
   bool is_ordered_ = false;  // all below fits the structure's ordering
   Structure structure_;
+  Ordering used_ordering_;      // empty; its memory serves the next one
   NumericEdges numeric_edges_;  // if there are several threads
   LandmarkEdgeBatches batches_;
   Linearized linearized_;

@@ -42,17 +42,25 @@ void VertexPose::Plus(const double* delta) {
 }
 
 VecX VertexPose::Minus(const VecX& x0) const {
-  const Qd dq = Difference(x0);
   Vec6 delta;
-  delta << p() - x0.head<3>(), 2.0 * dq.vec();
+  MinusInto(x0, delta.data(), nullptr);
   return delta;
 }
 
 MatXX VertexPose::MinusJacobian(const VecX& x0) const {
-  const Qd dq = Difference(x0);
-  Mat66 J = Mat66::Identity();
-  J.bottomRightCorner<3, 3>() = dq.w() * Mat33::Identity() + Hat(dq.vec());
+  Vec6 delta;
+  Mat66 J;
+  MinusInto(x0, delta.data(), J.data());
   return J;
+}
+
+void VertexPose::MinusInto(const VecX& x0, double* delta, double* derivative) const {
+  const Qd dq = Difference(x0);
+  Vec6::Map(delta) << p() - x0.head<3>(), 2.0 * dq.vec();
+  if (!derivative) return;
+  Eigen::Map<Mat66> J(derivative);
+  J.setIdentity();
+  J.bottomRightCorner<3, 3>() = dq.w() * Mat33::Identity() + Hat(dq.vec());
 }
 
 Qd VertexPose::Difference(const VecX& x0) const {
@@ -75,6 +83,13 @@ void VertexReferencePose::Plus(const double* delta) {
 VertexSpeedBias::VertexSpeedBias() : VertexSpeedBias(Vec9::Zero()) {}
 
 VertexSpeedBias::VertexSpeedBias(const Vec9& v_ba_bg) : SizedVertex(v_ba_bg, Role::kPose) {}
+
+VecX VertexSpeedBias::Minus(const VecX& x0) const { return x_ - x0; }
+
+void VertexSpeedBias::MinusInto(const VecX& x0, double* delta, double* derivative) const {
+  Vec9::Map(delta) = x_ - x0;
+  if (derivative) Eigen::Matrix<double, 9, 9>::Map(derivative).setIdentity();
+}
 
 VertexInverseDepth::VertexInverseDepth(double inverse_depth) : SizedVertex(Estimate(inverse_depth), Role::kLandmark) {}
 

@@ -31,9 +31,10 @@ class VertexPose : public SizedVertex<7, 6> {
 
   void Plus(const double* delta) override;
   /// [p − p₀; 2 vec(q₀⁻¹ q)] with the sign of q₀⁻¹q that makes its scalar positive: the shorter way round.
-  VecX Minus(const VecX& x0) const override;
+  VecX Minus(const VecX& x0) const final;
   /// 2 vec(dq ⊗ [1, ½δ]) = 2 vec(dq) + (dq_w I + [dq_v]) δ.
-  MatXX MinusJacobian(const VecX& x0) const override;
+  MatXX MinusJacobian(const VecX& x0) const final;
+  void MinusInto(const VecX& x0, double* delta, double* derivative) const final;
   std::string TypeInfo() const override { return "VertexPose"; }
 
  private:
@@ -71,6 +72,8 @@ class VertexSpeedBias : public SizedVertex<9, 9> {
  public:
   VertexSpeedBias();
   explicit VertexSpeedBias(const Vec9& v_ba_bg);
+  VecX Minus(const VecX& x0) const final;
+  void MinusInto(const VecX& x0, double* delta, double* derivative) const final;
   Vec3 v() const { return x_.head<3>(); }
   Vec3 b_a() const { return x_.segment<3>(3); }
   Vec3 b_g() const { return x_.tail<3>(); }

@@ -180,8 +180,8 @@ void Estimator::AppendFrame(const Image& image) {
     frame.clock_offset = std::max(frame.clock_offset, least);
   }
   frame.t = image.t + frame.clock_offset;
-  frame.pose = std::make_shared<VertexPose>();
-  frame.speed_bias = std::make_shared<VertexSpeedBias>();
+  frame.pose = MakeShared<VertexPose>();
+  frame.speed_bias = MakeShared<VertexSpeedBias>();
   if (!window_.frames.empty()) PredictFrame(&frame);
   AppendImage(frame.id, image, &window_);
   window_.frames.push_back(std::move(frame));
@@ -366,7 +366,7 @@ bool Estimator::OnlyTurns() const {
 // When images and IMU contradict each other, all observations are removed as outliers, and the dead reckoning would go on
 // forever: tracks last, but landmarks come and go.
 bool Estimator::RejectsImages(const Image& image) {
-  std::vector<std::pair<int, int>> ages;
+  Array<std::pair<int, int>> ages;
   ages.reserve(image.tracks.size());
   for (const TrackedPoint& point : image.tracks) {
     const auto before = std::lower_bound(track_ages_.begin(), track_ages_.end(), std::pair(point.id, 0));

@@ -223,7 +223,7 @@ class Estimator {
   double scale_report_time_ = std::numeric_limits<double>::infinity();
   double last_time_with_landmarks_ = 0.0;  // or with too few lasting tracks, or too little motion, to expect any
   // For each track id of the last image: in how many consecutive images it has been, since the start.
-  std::vector<std::pair<int, int>> track_ages_;
+  Array<std::pair<int, int>> track_ages_;
 };
 
 }  // namespace ch5

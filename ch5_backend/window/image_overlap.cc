@@ -6,12 +6,12 @@
 namespace ch5 {
 
 // Andrew's monotone chain: the lower hull from left to right, then the upper one back; the area by the shoelace formula.
-double HullArea(std::vector<Vec2> points) {
+double HullArea(Array<Vec2> points) {
   if (points.size() < 3) return 0.0;
   std::sort(points.begin(), points.end(),
             [](const Vec2& a, const Vec2& b) { return a.x() < b.x() || (a.x() == b.x() && a.y() < b.y()); });
   const auto cross = [](const Vec2& a, const Vec2& b) { return a.x() * b.y() - a.y() * b.x(); };
-  std::vector<Vec2> hull;
+  Array<Vec2> hull;
   for (int side = 0; side < 2; ++side) {
     const size_t begin = hull.size();
     for (const Vec2& p : points) {
@@ -31,7 +31,7 @@ double HullArea(std::vector<Vec2> points) {
 ImageOverlap ImageOverlapOf(const Window& window, int older, int newer) {
   const auto camera = [&](int frame) { return window.frames[window.IndexOf(frame)].pose->q() * window.extrinsic->q(); };
   const Qd q_W_older = camera(older), q_W_newer = camera(newer);
-  std::vector<Vec2> all, matched;
+  Array<Vec2> all, matched;
   double angles = 0.0;
   for (const auto& [id, landmark] : window.landmarks) {
     const WindowObservation* now = landmark.In(newer);

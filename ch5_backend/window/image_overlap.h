@@ -3,12 +3,13 @@
 
 #include <vector>
 
+#include "ch5_backend/math/array_memory.h"
 #include "ch5_backend/window/window.h"
 
 namespace ch5 {
 
 /// Area of the convex hull; 0 with fewer than three points.
-double HullArea(std::vector<Vec2> points);
+double HullArea(Array<Vec2> points);
 
 /// The points of the newer image that the older image saw too.
 struct ImageOverlap {

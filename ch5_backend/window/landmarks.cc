@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <set>
 
+#include "ch5_backend/math/array_memory.h"
 #include "ch5_backend/math/median.h"
 #include "ch5_backend/math/transform.h"
 
@@ -93,8 +94,8 @@ class Views {
   Vec2 PointOf(const WindowObservation& seen) const { return seen.x - delays_[IndexOf(seen)] * seen.velocity; }
 
   const Window& window_;
-  std::vector<View> views_, views1_;
-  std::vector<double> delays_;  // td − td_k
+  Array<View> views_, views1_;
+  Array<double> delays_;  // td − td_k
 };
 
 // Removes what camera 1 sees of a landmark: its point there is another.
@@ -156,7 +157,7 @@ void ChangeHost(const std::function<double(const Transform&, const Vec3&)>& dept
   if (landmark->inverse_depth) {
     const double depth = depth_in(CameraOf(window, landmark->seen[1].frame), LandmarkInWorld(window, *landmark));
     landmark->inverse_depth =
-        std::make_shared<VertexInverseDepth>(1.0 / (depth > 0.0 && std::isfinite(depth) ? depth : kInitialDepth));
+        MakeShared<VertexInverseDepth>(1.0 / (depth > 0.0 && std::isfinite(depth) ? depth : kInitialDepth));
   }
   landmark->seen.erase(landmark->seen.begin());
 }
@@ -182,8 +183,11 @@ double TriangulateDepth(const Window& window, const WindowLandmark& landmark) {
     add(CameraOf(window, seen.frame, window.T_B_C1()),
         window.PointAt(seen.frame, seen.second->x, seen.second->velocity));
   }
-  // The solver for matrices of any size is compiled once for all files (math/precompiled.h); the same bits.
-  const Eigen::Vector4d p = Eigen::SelfAdjointEigenSolver<MatXX>(AtA).eigenvectors().col(0);
+  // The solver for matrices of any size is compiled once for all files (math/precompiled.h); it keeps its memory.
+  thread_local MatXX A(4, 4);
+  thread_local Eigen::SelfAdjointEigenSolver<MatXX> solver(4);
+  A = AtA;
+  const Eigen::Vector4d p = solver.compute(A).eigenvectors().col(0);
   const double depth = p.z() / p.w();
   return std::isfinite(depth) && depth >= kLeastDepth ? depth : kInitialDepth;
 }
@@ -193,7 +197,7 @@ namespace {
 // Adds a point to a track, and calls set(frame, ẋ) for those whose velocity has become another.
 template <typename Set>
 void UpdateVelocities(const RecentPoint& point, RecentTrack* track, const Set& set) {
-  std::vector<RecentPoint>& last = track->points;
+  Array<RecentPoint>& last = track->points;
   if (last.size() == 3) last.erase(last.begin());
   last.push_back(point);
   ++track->images;
@@ -219,6 +223,8 @@ void ChangeObservation(int frame, WindowLandmark* landmark, const Change& change
 }  // namespace
 
 void AppendToTrack(const RecentPoint& point, WindowLandmark* landmark) {
+  constexpr size_t kWindow = 12;  // frames: mostly all that it will need
+  if (landmark->seen.empty()) landmark->seen.reserve(kWindow);
   landmark->seen.push_back({point.frame, point.x, Vec2::Zero()});
   UpdateVelocities(point, &landmark->recent, [&](int frame, const Vec2& velocity) {
     ChangeObservation(frame, landmark, [&](WindowObservation* seen) { seen->velocity = velocity; });
@@ -322,7 +328,7 @@ void TriangulateLandmarks(Window* window) {
     const bool has_two_views =
         landmark.seen.size() >= 2 || (window->HasStereoDepth() && landmark.seen.front().second.has_value());
     if (landmark.inverse_depth || !has_two_views) continue;
-    landmark.inverse_depth = std::make_shared<VertexInverseDepth>(1.0 / TriangulateDepth(*window, landmark));
+    landmark.inverse_depth = MakeShared<VertexInverseDepth>(1.0 / TriangulateDepth(*window, landmark));
   }
 }
 
@@ -365,8 +371,8 @@ bool HasError(const WindowLandmark& landmark) {
 }
 
 // For landmarks that have one, in the order of the window's landmarks.
-std::vector<Errors> ErrorsOfLandmarks(const Views& views, const Window& window) {
-  std::vector<Errors> errors;
+Array<Errors> ErrorsOfLandmarks(const Views& views, const Window& window) {
+  Array<Errors> errors;
   errors.reserve(window.landmarks.size());
   for (const auto& [id, landmark] : window.landmarks) {
     if (HasError(landmark)) errors.push_back(views.ErrorsOf(landmark));
@@ -374,8 +380,8 @@ std::vector<Errors> ErrorsOfLandmarks(const Views& views, const Window& window) 
   return errors;
 }
 
-double LargestMeanError(double max_error, const std::vector<Errors>& errors) {
-  std::vector<double> means;
+double LargestMeanError(double max_error, const Array<Errors>& errors) {
+  Array<double> means;
   means.reserve(errors.size());
   for (const Errors& one : errors) means.push_back(one.mean);
   const double noise = means.empty() ? 0.0 : Median(means);
@@ -386,7 +392,7 @@ double LargestMeanError(double max_error, const std::vector<Errors>& errors) {
 
 void RemoveOutliers(double max_error, Window* window) {
   const Views views(*window);
-  const std::vector<Errors> errors = ErrorsOfLandmarks(views, *window);
+  const Array<Errors> errors = ErrorsOfLandmarks(views, *window);
   const double limit = LargestMeanError(max_error, errors);
   auto next = errors.begin();
   EraseIf(window, [&](WindowLandmark& landmark) {

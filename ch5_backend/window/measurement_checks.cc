@@ -6,6 +6,8 @@
 #include <sstream>
 #include <string>
 
+#include "ch5_backend/math/array_memory.h"
+
 namespace ch5 {
 namespace {
 
@@ -34,34 +36,35 @@ void CheckMeasurement(const ImuMeasurement& measurement, const std::vector<ImuMe
 namespace {
 
 // @param image  " of the image at t = …", or of camera 1's
-void CheckTracks(const std::vector<TrackedPoint>& tracks, const std::string& image) {
+void CheckTracks(const std::vector<TrackedPoint>& tracks, const char* image, double t) {
   constexpr double kFar = 10.0;  // 84° off the axis
   constexpr double kMost = 1e3;  // 89.9°: no lens's, and the square of 1e160 is not finite
   size_t far = 0;
   const TrackedPoint* beyond = nullptr;
-  std::vector<int> ids;
+  Array<int> ids;
+  ids.reserve(tracks.size());
   for (const TrackedPoint& point : tracks) {
-    if (!point.x.allFinite()) throw MeasurementError("track " + std::to_string(point.id) + image + " is not finite");
+    if (!point.x.allFinite())
+      throw MeasurementError("track " + std::to_string(point.id) + " of " + image + At(t) + " is not finite");
     ids.push_back(point.id);
     if (point.x.norm() > kFar) ++far;
     if (point.x.norm() > kMost) beyond = &point;
   }
   std::ostringstream text;
   if (2 * far > tracks.size()) {
-    text << "most tracks" << image << " are far from the normalized plane's center, one at ("
+    text << "most tracks of " << image << At(t) << " are far from the normalized plane's center, one at ("
          << tracks.front().x.transpose() << "): are they pixels?";
     throw MeasurementError(text.str());
   }
   if (beyond) {
-    text << "track " << beyond->id << image << " is at (" << beyond->x.transpose()
+    text << "track " << beyond->id << " of " << image << At(t) << " is at (" << beyond->x.transpose()
          << ") of the normalized plane, where no lens sees";
     throw MeasurementError(text.str());
   }
   std::sort(ids.begin(), ids.end());
   const auto repeated = std::adjacent_find(ids.begin(), ids.end());
   if (repeated != ids.end()) {
-    const std::string where = " stands twice in" + image.substr(std::string(" of").size());
-    throw MeasurementError("track " + std::to_string(*repeated) + where);
+    throw MeasurementError("track " + std::to_string(*repeated) + " stands twice in " + image + At(t));
   }
 }
 
@@ -72,8 +75,8 @@ void CheckImage(const Image& image, double last_time) {
   if (image.t <= last_time) {
     throw MeasurementError("the image" + At(image.t) + RepeatsOrPrecedes(image.t, last_time));
   }
-  CheckTracks(image.tracks, " of the image" + At(image.t));
-  CheckTracks(image.tracks1, " of camera 1's image" + At(image.t));
+  CheckTracks(image.tracks, "the image", image.t);
+  CheckTracks(image.tracks1, "camera 1's image", image.t);
 }
 
 double LongestImuGap(const std::vector<ImuMeasurement>& imu, double t0, double t1) {

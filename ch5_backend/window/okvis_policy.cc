@@ -66,7 +66,7 @@ class OkvisPolicy : public WindowPolicy {
   struct Plan {
     std::vector<std::shared_ptr<Vertex>> drop;  // marginalized
     std::set<int> dropped_frames;               // ids
-    std::vector<int> dropped_landmarks;         // track ids: marginalized, or discarded because seen once
+    Array<int> dropped_landmarks;               // track ids: marginalized, or discarded because seen once
     bool renew_gauge_prior = false;
   };
 

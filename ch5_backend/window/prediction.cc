@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ch5_backend/math/array_memory.h"
 #include "ch5_backend/window/measurement_checks.h"
 
 namespace ch5 {
@@ -23,7 +24,7 @@ std::shared_ptr<Preintegration> IntegrateFrom(const StampedState& from, const st
                                          0.5 * (samples[0].gyroscope + samples[1].gyroscope)});
     samples[2].dt = half;
   }
-  return std::make_shared<Preintegration>(samples, from.b_a, from.b_g, noise);
+  return MakeShared<Preintegration>(std::move(samples), from.b_a, from.b_g, noise);
 }
 
 void ImuUnsteadiness::Add(const ImuMeasurement& measurement) {

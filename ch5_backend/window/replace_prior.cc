@@ -38,13 +38,13 @@ void ReplacePrior(const std::vector<std::shared_ptr<Edge>>& edges, const std::ve
   const std::shared_ptr<EdgePrior> old = window->prior;
   if (window->observability_constraints == ObservabilityConstraints::kNone || !old) {
     window->prior = window->marginalizer ? window->marginalizer(edges, dropped)
-                                         : std::make_shared<EdgePrior>(Marginalize(edges, dropped));
+                                         : MakeShared<EdgePrior>(Marginalize(edges, dropped));
     return;
   }
   old->KeepJacobian(true);
   Prior next = Marginalize(Constrained(edges, *window), dropped);
   KeepFirstEstimates(old->GetPrior(), &next);
-  window->prior = std::make_shared<EdgePrior>(std::move(next));
+  window->prior = MakeShared<EdgePrior>(std::move(next));
 }
 
 }  // namespace ch5

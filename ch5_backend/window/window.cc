@@ -68,11 +68,11 @@ namespace {
 class GraphBuilder {
  public:
   GraphBuilder(const WindowWeights& weights, Window* window)
-      : weights_(weights),
-        window_(*window),
-        graph_(window->graph),
-        model_(window->model),
-        local_poses_(window->LocalPoses()) {}
+      : weights_(weights), window_(*window), graph_(window->graph), model_(window->model) {
+    if (window->prior && window->observability_constraints == ObservabilityConstraints::kAllEdges) {
+      constrained_local_poses_ = window->LocalPoses();
+    }
+  }
 
   void AddStates() {
     for (const Frame& frame : window_.frames) {
@@ -92,8 +92,8 @@ class GraphBuilder {
       if (!i.speed_bias || !j.speed_bias || !j.imu || j.prior_has_imu) continue;
       if (j.imu->SumDt() > weights_.max_imu_seconds) continue;
       if (!j.imu_edge || !j.imu_edge->IsMadeOf(*j.imu) || j.imu_edge->Vertices().front() != i.pose) {
-        j.imu_edge = std::make_shared<EdgeImu>(i.pose, i.speed_bias, j.pose, j.speed_bias, j.imu,
-                                               Vec3(0, 0, window_.calibration.gravity));
+        j.imu_edge = MakeShared<EdgeImu>(i.pose, i.speed_bias, j.pose, j.speed_bias, j.imu,
+                                         Vec3(0, 0, window_.calibration.gravity));
       }
       Add(j.imu_edge);
     }
@@ -111,9 +111,8 @@ class GraphBuilder {
       WindowObservation& seen = landmark->seen[k];
       const Frame& frame = FrameOf(seen);
       if (!model_.calibrating) {
-        AddKept(model_.information, &seen.edge, depth, [&] {
-          return std::make_shared<EdgeReprojection>(depth, pose_i, frame.pose, host.x, seen.x, model_.T_B_C);
-        });
+        AddKept(model_.information, &seen.edge, depth,
+                [&] { return MakeShared<EdgeReprojection>(depth, pose_i, frame.pose, host.x, seen.x, model_.T_B_C); });
       } else {
         AddMoving<EdgeReprojectionCalibration>(model_.information, host_point, PointAt(seen, frame), &seen.edge, depth,
                                                pose_i, frame.pose, window_.extrinsic);
@@ -172,7 +171,7 @@ class GraphBuilder {
   void AddMoving(double information, const MovingPoint& host, const MovingPoint& target, std::shared_ptr<Edge>* kept,
                  const std::shared_ptr<VertexInverseDepth>& depth, const Poses&... poses) {
     AddKept(information, kept, depth,
-            [&] { return std::make_shared<EdgeType>(depth, poses..., window_.time_offset, host, target); });
+            [&] { return MakeShared<EdgeType>(depth, poses..., window_.time_offset, host, target); });
     static_cast<EdgeType*>(kept->get())->SetPoints(host, target);
   }
 
@@ -190,8 +189,8 @@ class GraphBuilder {
   }
 
   void Add(std::shared_ptr<Edge> edge) {
-    if (window_.prior && window_.observability_constraints == ObservabilityConstraints::kAllEdges) {
-      edge = ConstrainObservability(std::move(edge), window_.prior->GetPrior(), local_poses_);
+    if (constrained_local_poses_) {
+      edge = ConstrainObservability(std::move(edge), window_.prior->GetPrior(), *constrained_local_poses_);
     }
     graph_.AddEdge(std::move(edge));
   }
@@ -204,7 +203,7 @@ class GraphBuilder {
   Window& window_;
   Graph& graph_;
   const ObservationModel& model_;
-  std::vector<const Vertex*> local_poses_;
+  std::optional<std::vector<const Vertex*>> constrained_local_poses_;  // where each edge is constrained
 };
 
 // Forgets the edges of the graph before if they were made for another model.

@@ -17,6 +17,7 @@
 #include "ch5_backend/consistency/observability.h"
 #include "ch5_backend/graph/graph.h"
 #include "ch5_backend/marginalize/square_root.h"
+#include "ch5_backend/math/array_memory.h"
 #include "ch5_backend/types/inertial/edge_imu.h"
 #include "ch5_backend/types/recording.h"
 
@@ -63,8 +64,8 @@ struct RecentPoint {
 
 /// A track in one camera.
 struct RecentTrack {
-  std::vector<RecentPoint> points;  ///< in the last three images, also those no longer in the window
-  int images = 0;                   ///< number of images of the track so far
+  Array<RecentPoint> points;  ///< in the last three images, also those no longer in the window
+  int images = 0;             ///< number of images of the track so far
 };
 
 /// A track that a frame of the window hosts.

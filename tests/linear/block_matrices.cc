@@ -21,7 +21,7 @@ SymmetricBlockMatrix MakeMatrix(const std::vector<int>& dims, const Ties& ties, 
     column.erase(std::unique(column.begin(), column.end()), column.end());
   }
   SymmetricBlockMatrix A;
-  A.SetPattern(dims, rows);
+  A.SetPattern(Array<int>(dims.begin(), dims.end()), rows);
   Random random(seed);
   for (int j = 0; j < A.NumColumns(); ++j) {
     for (int block = A.ColumnBegin(j); block < A.ColumnBegin(j + 1); ++block) {

@@ -78,7 +78,7 @@ TEST(SymmetricBlockMatrix, BlocksBeginOnWholeRegistersAndPaddingIsZero) {
 TEST(SymmetricBlockMatrix, CopyLowerLeavesTheUpperHalfOfOtherBlocksAlone) {
   const SymmetricBlockMatrix A = Picture();
   MatXX copy = MatXX::Constant(10, 10, 77.0);
-  A.CopyLower(&copy);
+  A.CopyLower(copy.data());
   EXPECT_EQ(MatXX(copy.triangularView<Eigen::Lower>()), MatXX(A.Dense().triangularView<Eigen::Lower>()));
   EXPECT_EQ(copy.topRightCorner(5, 5), MatXX::Constant(5, 5, 77.0));
 }

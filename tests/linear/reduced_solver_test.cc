@@ -31,7 +31,7 @@ TEST(ReducedSolver, RoundingIsNotAPivot) {
   std::vector<std::vector<int>> rows;
   for (int j = 0; j < 400; ++j) rows.push_back(j + 1 < 400 ? std::vector<int>{j, j + 1} : std::vector<int>{j});
   SymmetricBlockMatrix A;
-  A.SetPattern(std::vector<int>(400, 1), rows);
+  A.SetPattern(Array<int>(400, 1), rows);
   for (int j = 0; j < 400; ++j) {
     A.Values(A.ColumnBegin(j))[0] = j == 0 || j == 399 ? 0.1 : 0.2;
     if (j < 399) A.Values(A.ColumnBegin(j) + 1)[0] = -0.1;

@@ -34,9 +34,9 @@ TEST(Lists, KeepTheOrderOfWhatIsAdded) {
 TEST(KeySort, KeepsTheOrderOfEqualOnesAndServesAgain) {
   KeySort sort;
   for (const int keys : {5, 2, 7}) {
-    std::vector<int> items(40);
+    Array<int> items(40);
     std::iota(items.begin(), items.end(), 0);
-    const std::vector<int> begins = sort(items.begin() + 3, items.end(), keys, [&](int k) { return k * k % keys; });
+    const Array<int> begins = sort(items.begin() + 3, items.end(), keys, [&](int k) { return k * k % keys; });
     ASSERT_EQ(begins.size(), static_cast<size_t>(keys) + 1);
     EXPECT_EQ(begins.back(), 37);
     for (int k = 0; k < 3; ++k) EXPECT_EQ(items[k], k) << "not asked for";

@@ -11,7 +11,7 @@
 namespace ch5::test {
 namespace {
 
-using Numbers = std::vector<int>;
+using Numbers = Array<int>;
 
 // Poses 0, 1, 2; landmark a is seen by 1 and 2, b by 0 and 1, c by 1 and 2; an edge ties poses 0 and 2, one holds pose 0,
 // and one is constant.
@@ -34,7 +34,7 @@ TEST(Structure, SortsLandmarksByThePosesThatSeeThem) {
   const SmallGraph small;
   const Structure s = BuildStructure(MakeOrdering(small.graph));
   const auto& [a, b, c] = std::tie(small.landmarks[0], small.landmarks[1], small.landmarks[2]);
-  EXPECT_EQ(s.landmarks, (std::vector<Vertex*>{b.get(), a.get(), c.get()}));
+  EXPECT_EQ(s.landmarks, (Array<Vertex*>{b.get(), a.get(), c.get()}));
   EXPECT_EQ(s.slot_landmark, (Numbers{0, 0, 1, 1, 2, 2}));
   EXPECT_EQ(s.slot_pose, (Numbers{0, 1, 1, 2, 1, 2}));
   EXPECT_EQ(s.landmark_slots, (Numbers{0, 2, 4, 6}));

@@ -116,7 +116,7 @@ void PlainBlockSolver::BeginSchurComplement(double lambda) {
 bool PlainBlockSolver::SolvePoses(VecX* delta_x) {
   delta_x->setZero(Size());
   if (ordering_.poses.empty()) return true;
-  std::vector<int> dims;
+  Array<int> dims;
   for (const auto& pose : ordering_.poses) dims.push_back(pose->LocalDimension());
   std::vector<std::vector<int>> rows(dims.size());
   for (const auto& block : S_.All()) rows[static_cast<size_t>(block.first.second)].push_back(block.first.first);

@@ -17,7 +17,7 @@ struct Step {
 
   /// Memory that BackSubstitute works in: H_pp Δx_p, and the sums of its tasks.
   VecX H_pp_delta;
-  std::vector<double> partial_sums;
+  Array<double> partial_sums;
 };
 
 /// Completes a step whose poses' rows are given.

@@ -52,7 +52,7 @@ CH5_INLINE bool InvertPack(const Structure& s, const Linearized& y, int first, i
 // One landmark of any size.
 CH5_INLINE bool InvertOne(const Structure& s, const Linearized& y, int l, const DampingRule& rule, Eliminated* out) {
   const int dim = s.landmark_dim[l], first = s.landmark_offset[l], block = s.landmark_block[l];
-  thread_local std::vector<double> scratch;
+  thread_local Array<double> scratch;
   if (out->G_inverse.empty()) scratch.resize(static_cast<size_t>(dim * dim));
   double *G = out->G_inverse.empty() ? scratch.data() : &out->G_inverse[block], *inverse = &out->H_ll_inverse[block];
   Damp(&y.H_ll[block], dim, rule, G);
@@ -122,7 +122,7 @@ void FindGroups(const Structure& s, SchurGroups* found) {
 
 // The groups' blocks of S, column by column of S: no block has to be searched for.
 void FindBlocks(const Structure& s, const SymmetricBlockMatrix& S, SchurGroups* found) {
-  std::vector<int> blocks_begin(s.landmarks.size(), -1), block_of_row(s.poses.size());
+  Array<int> blocks_begin(s.landmarks.size(), -1), block_of_row(s.poses.size());
   for (const SchurGroup& group : found->groups) blocks_begin[group.first] = group.blocks_begin;
   for (int j = 0; j < s.NumPoses(); ++j) {
     for (int block = S.ColumnBegin(j); block < S.ColumnBegin(j + 1); ++block) block_of_row[S.Row(block)] = block;
@@ -137,8 +137,8 @@ void FindBlocks(const Structure& s, const SymmetricBlockMatrix& S, SchurGroups* 
 }
 
 // The multiplications that each column of S costs, about.
-std::vector<double> WorkOfColumns(const Structure& s, const SchurGroups& found) {
-  std::vector<double> work(s.poses.size(), 1.0);
+Array<double> WorkOfColumns(const Structure& s, const SchurGroups& found) {
+  Array<double> work(s.poses.size(), 1.0);
   for (const SchurGroup& group : found.groups) {
     const double columns = 20.0 + s.landmark_dim[group.first] * (group.last - group.first);
     for (int k = group.poses_begin; k < group.poses_end; ++k) {
@@ -212,8 +212,8 @@ bool InvertLandmarks(const Structure& s, const Linearized& y, const DampingRule&
 
 Lists SchurPattern(const Structure& s) {
   Lists pattern(s.poses.size(), s.H_pp_pattern.items.size() + s.slot_pose.size());
-  std::vector<int>& rows = pattern.items;
-  std::vector<int> last_column_of(s.poses.size(), -1);
+  Array<int>& rows = pattern.items;
+  Array<int> last_column_of(s.poses.size(), -1);
   const auto add = [&](int i, int j) {
     if (last_column_of[i] != j) rows.push_back(i);
     last_column_of[i] = j;
@@ -240,7 +240,7 @@ SchurGroups PrepareSchurGroups(const Structure& s, const SymmetricBlockMatrix& S
     poses = std::max(poses, group.poses_end - group.poses_begin);
   }
   const size_t numbers = kernels::GroupMemory(s.sizes, poses, rows);
-  const std::vector<double> work = WorkOfColumns(s, found);
+  const Array<double> work = WorkOfColumns(s, found);
   double total = 0.0, done = 0.0;
   for (const double amount : work) total += amount;
   for (int j = 0, begin = 0; j < s.NumPoses(); ++j) {

@@ -61,16 +61,16 @@ struct SchurGroup {
 
 /// All groups of a structure, and the work of each thread on them.
 struct SchurGroups {
-  std::vector<SchurGroup> groups;
-  std::vector<kernels::GroupPose> poses;
-  std::vector<int> blocks;
+  Array<SchurGroup> groups;
+  Array<kernels::GroupPose> poses;
+  Array<int> blocks;
 
   /// The columns of S that are one thread's work, poses [begin, end), and the memory that it works in.
   struct ColumnRange {
     int begin, end;
     AlignedVector memory;
   };
-  std::vector<ColumnRange> ranges;  ///< of about equal work
+  Array<ColumnRange> ranges;  ///< of about equal work
 
   /// The poses of a group whose columns are in a range.
   kernels::PoseRange PosesIn(const SchurGroup& group, const ColumnRange& range) const;

@@ -89,7 +89,7 @@ struct MultiplyCouplingRange {
   template <SimdLevel>
   static CH5_INLINE void Run(const Structure& s, const Linearized& y, const Eliminated& eliminated, int begin, int end,
                              const double* x, const int* padded_offset, double* sums) {
-    thread_local std::vector<double> scratch;
+    thread_local Array<double> scratch;
     for (int l = begin; l < end; ++l) {
       const int dim = Pick<L>(s.landmark_dim[l]);
       scratch.assign(static_cast<size_t>(2 * dim), 0.0);
@@ -149,7 +149,7 @@ struct ReducePose {
   }
 };
 
-int CommonDimension(const std::vector<int>& dims) {
+int CommonDimension(const Array<int>& dims) {
   return !dims.empty() && std::equal(dims.begin() + 1, dims.end(), dims.begin()) ? dims[0] : Eigen::Dynamic;
 }
 
@@ -174,7 +174,7 @@ void ImplicitSchur::CutChunks() {
   const Structure& s = *structure_;
   const int slots = static_cast<int>(s.slot_pose.size());
   const auto count = static_cast<size_t>(std::clamp(slots / kSlots, 1, kMost));
-  std::vector<int> begin(1, 0);
+  Array<int> begin(1, 0);
   for (int l = 0; l < s.NumLandmarks(); ++l) {
     const double goal = static_cast<double>(slots) * static_cast<double>(begin.size()) / static_cast<double>(count);
     if (begin.size() < count && s.landmark_slots[l] >= goal) begin.push_back(l);
@@ -182,7 +182,7 @@ void ImplicitSchur::CutChunks() {
   begin.push_back(s.NumLandmarks());
   chunks_.resize(begin.size() - 1);
   for (size_t k = 0; k < chunks_.size(); ++k) {
-    std::vector<int> offset = NumberPosesOfLandmarks(s, begin[k], begin[k + 1]);
+    Array<int> offset = NumberPosesOfLandmarks(s, begin[k], begin[k + 1]);
     int size = 0;
     for (size_t j = 0; j < offset.size(); ++j) {
       if (offset[j] >= 0) offset[j] = std::exchange(size, size + Stride(s.pose_dim[j]));
@@ -220,7 +220,7 @@ bool ImplicitSchur::InvertDiagonalBlock(int j, const DampingRule& rule, Precondi
   // What is left below the rounding of B is zero.
   const double rounding = PivotRounding(static_cast<int>(damping_.size()));
   bool good = true;
-  thread_local std::vector<double> dense;
+  thread_local Array<double> dense;
   dense.resize(static_cast<size_t>(dim * dim));
   for (int c = 0; c < dim; ++c) {
     good = good && block[static_cast<size_t>(c * stride + c)] > rounding * eliminated->damped_diagonal[offset + c];

@@ -53,13 +53,13 @@ class ImplicitSchur {
   // A chunk of landmarks, and y of the poses that see them: each begins at padded_offset, or has −1.
   struct Chunk {
     int begin, end;
-    std::vector<int> padded_offset;
+    Array<int> padded_offset;
     AlignedVector sums;
   };
-  std::vector<Chunk> chunks_;
-  std::vector<int> block_begin_;       // of each pose's block of M⁻¹
-  std::vector<double> inverses_, Cx_;  // without padding
-  VecX damping_;                       // λD
+  Array<Chunk> chunks_;
+  Array<int> block_begin_;       // of each pose's block of M⁻¹
+  Array<double> inverses_, Cx_;  // without padding
+  VecX damping_;                 // λD
 };
 
 class ImplicitSolver {

@@ -418,7 +418,7 @@ double LinearizePoseEdges(const Structure& s, int first, int last, ThreadPool* p
 void Linearized::Resize(const Structure& s, bool factored) {
   H_pp.SetPattern(s.pose_dim, s.H_pp_pattern);
   normal_equations.resize(static_cast<size_t>(s.num_normal_equation_values));  // Linearize writes what is read
-  H_pl_factors = std::vector<float>(factored ? s.slot_pose.size() * 2 * (s.sizes.rows + s.sizes.columns) : 0);
+  H_pl_factors = Array<float>(factored ? s.slot_pose.size() * 2 * (s.sizes.rows + s.sizes.columns) : 0);
   // The last block is read in whole registers too.
   const size_t num_H_pl = factored ? 0 : static_cast<size_t>(s.num_H_pl_values + kLanes);
   H_pl.resize(num_H_pl);  // Linearize writes these too

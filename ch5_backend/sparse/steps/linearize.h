@@ -24,24 +24,24 @@ namespace ch5 {
 
 struct Linearized {
   SymmetricBlockMatrix H_pp;
-  AlignedVector H_pl;               ///< see Slots::SlotBlock; or empty, and then
-  std::vector<float> H_pl_factors;  ///< of each slot's block, kernels/slot_factors.h
-  AlignedVector H_ll;               ///< see Numbering::landmark_block
-  VecX b;                           ///< all rows, poses first
+  AlignedVector H_pl;         ///< see Slots::SlotBlock; or empty, and then
+  Array<float> H_pl_factors;  ///< of each slot's block, kernels/slot_factors.h
+  AlignedVector H_ll;         ///< see Numbering::landmark_block
+  VecX b;                     ///< all rows, poses first
 
   /// Memory that Linearize works in: the columns of H_pp, and b_p, of the poses that see a chunk's landmarks.
   struct PoseSums {
-    AlignedVector H_pp, b;         ///< each column laid out as in H_pp; `b_stride` numbers a pose. One chunk alone sums
-                                   ///< its H_pp in that of the whole
-    double cost = 0.0;             ///< of the chunk's edges
-    std::vector<int> number;       ///< of each pose in b, or −1
-    std::vector<ptrdiff_t> shift;  ///< of each column: from its values in H_pp to those here
+    AlignedVector H_pp, b;   ///< each column laid out as in H_pp; `b_stride` numbers a pose. One chunk alone sums
+                             ///< its H_pp in that of the whole
+    double cost = 0.0;       ///< of the chunk's edges
+    Array<int> number;       ///< of each pose in b, or −1
+    Array<ptrdiff_t> shift;  ///< of each column: from its values in H_pp to those here
   };
-  std::vector<PoseSums> chunk_sums;
+  Array<PoseSums> chunk_sums;
   int b_stride = 0;
   void ResizeChunkSums(const Structure& structure);
-  AlignedVector normal_equations;   ///< of the edges of one batch between poses, negative
-  std::vector<double> other_costs;  ///< sums over edges without a free landmark
+  AlignedVector normal_equations;  ///< of the edges of one batch between poses, negative
+  Array<double> other_costs;       ///< sums over edges without a free landmark
 
   /// Takes all memory for this structure.
   /// @param factored  H_pl by its factors, which only products with it want: Structure::OnePoseAnEdge, active batches

@@ -11,9 +11,9 @@ constexpr int kEdges = 8;  // a task's
 constexpr size_t kBits = 64;
 
 // The colors that one vertex has: a bit each.
-using Colors = std::vector<uint64_t>;
+using Colors = Array<uint64_t>;
 
-size_t FirstFreeColor(const std::vector<Colors*>& taken) {
+size_t FirstFreeColor(const Array<Colors*>& taken) {
   for (size_t word = 0;; ++word) {
     uint64_t bits = 0;
     for (const Colors* colors : taken) bits |= word < colors->size() ? (*colors)[word] : 0;
@@ -41,7 +41,7 @@ void NumericEdges::Find(int first, Structure* structure) {
     }
     record.is_numeric = type->second;
     if (!record.is_numeric) continue;
-    std::vector<Colors*> of_vertices;
+    Array<Colors*> of_vertices;
     for (const auto& vertex : record.edge->Vertices()) of_vertices.push_back(&taken[vertex.get()]);
     const size_t color = FirstFreeColor(of_vertices);
     for (Colors* colors : of_vertices) Take(color, colors);
@@ -51,7 +51,7 @@ void NumericEdges::Find(int first, Structure* structure) {
 }
 
 void NumericEdges::Linearize(ThreadPool* pool) const {
-  for (const std::vector<Edge*>& color : colors_) {
+  for (const Array<Edge*>& color : colors_) {
     ParallelFor(pool, static_cast<int>(color.size()), kEdges, [&](int begin, int end) {
       for (int i = begin; i < end; ++i) color[static_cast<size_t>(i)]->Linearize();
     });

@@ -18,7 +18,7 @@ class NumericEdges {
   void Linearize(ThreadPool* pool) const;
 
  private:
-  std::vector<std::vector<Edge*>> colors_;
+  Array<Array<Edge*>> colors_;
 };
 
 }  // namespace ch5

@@ -144,8 +144,7 @@ double RefineLandmarks(const Structure& s, const LandmarkEdgeBatches& batches, i
   };
   if (std::any_of(s.landmarks.begin(), s.landmarks.end(), is_large)) return 0.0;
   x->landmarks.resize(s.landmarks.size());
-  for (std::vector<double>* of_edges : {&x->squares, &x->slopes})
-    of_edges->resize(static_cast<size_t>(s.num_landmark_edges));
+  for (Array<double>* of_edges : {&x->squares, &x->slopes}) of_edges->resize(static_cast<size_t>(s.num_landmark_edges));
   x->decreases.resize(static_cast<size_t>(s.NumChunks()));
   const auto refine = Dispatch<RefineChunk>(s.sizes.OfLandmarks());
   pool->Run(s.NumChunks(), [&](int chunk) { x->decreases[chunk] = refine(s, batches, chunk, steps, x); });

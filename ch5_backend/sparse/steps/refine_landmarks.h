@@ -26,9 +26,9 @@ struct LandmarkRefinement {
     double before[kMostParameters];                 ///< its parameters before the last step
     bool is_done;                                   ///< it stays where it is
   };
-  std::vector<Landmark> landmarks;
-  std::vector<double> squares, slopes;  ///< s and ρ'(s) of each edge at the landmark's present place
-  std::vector<double> decreases;        ///< of each chunk
+  Array<Landmark> landmarks;
+  Array<double> squares, slopes;  ///< s and ρ'(s) of each edge at the landmark's present place
+  Array<double> decreases;        ///< of each chunk
 };
 
 /// Moves the landmarks, by at most so many steps each. The batches are active, their poses loaded.

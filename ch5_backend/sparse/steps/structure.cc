@@ -10,8 +10,8 @@ namespace {
 
 constexpr int kNone = -1;
 
-std::vector<int> Numbers(size_t count) {
-  std::vector<int> numbers(count);
+Array<int> Numbers(size_t count) {
+  Array<int> numbers(count);
   std::iota(numbers.begin(), numbers.end(), 0);
   return numbers;
 }
@@ -21,7 +21,7 @@ std::vector<int> Numbers(size_t count) {
 
 // The edges of each landmark; two more lists hold those between poses, and the constant ones.
 Lists GroupEdges(const Ordering& ordering) {
-  const std::vector<int> landmark_of = LandmarkOfEachEdge(ordering);
+  const Array<int> landmark_of = LandmarkOfEachEdge(ordering);
   const int num_edges = static_cast<int>(ordering.edges.size()), n = static_cast<int>(ordering.landmarks.size());
   return ListByKey(num_edges, n + 2, [&](int e) {
     if (landmark_of[e] != kNone) return landmark_of[e];
@@ -33,7 +33,7 @@ Lists GroupEdges(const Ordering& ordering) {
 Lists ListPosesOfLandmarks(const Ordering& ordering, const Lists& edges) {
   const Incidence& incidence = ordering.incidence;
   const int num_poses = static_cast<int>(ordering.poses.size());
-  std::vector<int> last_seen_by(ordering.poses.size(), kNone);
+  Array<int> last_seen_by(ordering.poses.size(), kNone);
   Lists poses(ordering.landmarks.size(), incidence.entries.size());
   for (int l = 0; l < static_cast<int>(ordering.landmarks.size()); ++l) {
     for (int k = edges.begin[l]; k < edges.begin[l + 1]; ++k) {
@@ -52,9 +52,9 @@ Lists ListPosesOfLandmarks(const Ordering& ordering, const Lists& edges) {
 
 // The landmarks by these lists as words are sorted in a lexicon, equal ones by dimension: a radix sort from the last place
 // to the first, which each list joins at its own end (Aho, Hopcroft & Ullman 1974, §3.2).
-std::vector<int> SortLandmarks(const Ordering& ordering, const Lists& seen_by) {
+Array<int> SortLandmarks(const Ordering& ordering, const Lists& seen_by) {
   const auto& landmarks = ordering.landmarks;
-  std::vector<int> order = Numbers(landmarks.size());
+  Array<int> order = Numbers(landmarks.size());
   int largest = 0, longest = 0;
   for (const int l : order) {
     largest = std::max(largest, landmarks[l]->LocalDimension());
@@ -71,7 +71,7 @@ std::vector<int> SortLandmarks(const Ordering& ordering, const Lists& seen_by) {
 }
 
 // With the landmarks in this order.
-Numbering NumberVertices(Ordering ordering, const std::vector<int>& order) {
+Numbering NumberVertices(Ordering ordering, const Array<int>& order) {
   Numbering n;
   for (auto* list : {&n.pose_dim, &n.pose_offset}) list->reserve(ordering.poses.size());
   for (auto* list : {&n.landmark_dim, &n.landmark_offset, &n.landmark_block}) list->reserve(order.size());
@@ -96,8 +96,8 @@ Numbering NumberVertices(Ordering ordering, const std::vector<int>& order) {
 }
 
 // Speeds and biases have no part in a landmark's edges, so their sizes do not count.
-BlockSizes CommonSizes(const Numbering& vertices, const std::vector<int>& slot_pose) {
-  const auto common = [](const std::vector<int>& items, const std::vector<int>& dim) {
+BlockSizes CommonSizes(const Numbering& vertices, const Array<int>& slot_pose) {
+  const auto common = [](const Array<int>& items, const Array<int>& dim) {
     int found = 0;
     for (const int item : items) {
       if (found != 0 && found != dim[item]) return Eigen::Dynamic;
@@ -109,9 +109,9 @@ BlockSizes CommonSizes(const Numbering& vertices, const std::vector<int>& slot_p
 }
 
 // A slot for each landmark in its new order, and pose that sees it.
-Slots FindSlots(const std::vector<int>& order, const Lists& seen_by, const Numbering& vertices) {
+Slots FindSlots(const Array<int>& order, const Lists& seen_by, const Numbering& vertices) {
   Slots s;
-  for (std::vector<int>* list : {&s.slot_pose, &s.slot_landmark}) list->reserve(seen_by.items.size());
+  for (Array<int>* list : {&s.slot_pose, &s.slot_landmark}) list->reserve(seen_by.items.size());
   s.landmark_slots.reserve(order.size() + 1);
   s.landmark_slots.push_back(0);
   for (int l = 0; l < vertices.NumLandmarks(); ++l) {
@@ -135,7 +135,7 @@ Slots FindSlots(const std::vector<int>& order, const Lists& seen_by, const Numbe
 }
 
 // Each number is written where it stays: a copy of what has just been written piece by piece would have to wait for it.
-void ListEdge(int e, int landmark, const std::vector<int>& slot_of_pose, const Numbering& vertices, EdgeRecords* s) {
+void ListEdge(int e, int landmark, const Array<int>& slot_of_pose, const Numbering& vertices, EdgeRecords* s) {
   const Incidence& incidence = vertices.ordering.incidence;
   const int num_poses = vertices.NumPoses();
   EdgeRecord& record = s->edges.emplace_back();
@@ -176,8 +176,7 @@ void ListEdge(int e, int landmark, const std::vector<int>& slot_of_pose, const N
   s->max_width = std::max(s->max_width, record.width);
 }
 
-EdgeRecords ListEdges(const std::vector<int>& order, const Lists& edges, const Numbering& vertices,
-                      const Slots& slots) {
+EdgeRecords ListEdges(const Array<int>& order, const Lists& edges, const Numbering& vertices, const Slots& slots) {
   EdgeRecords s;
   const int num_landmarks = vertices.NumLandmarks();
   s.num_landmark_edges = edges.begin[num_landmarks];
@@ -185,7 +184,7 @@ EdgeRecords ListEdges(const std::vector<int>& order, const Lists& edges, const N
   s.max_rows = vertices.ordering.incidence.max_residual_dimension;
   s.edges.reserve(edges.items.size());
   s.edge_poses.reserve(vertices.ordering.incidence.entries.size() - static_cast<size_t>(s.num_landmark_edges));
-  std::vector<int> slot_of_pose(vertices.poses.size(), kNone);
+  Array<int> slot_of_pose(vertices.poses.size(), kNone);
   s.landmark_edges.reserve(order.size() + 1);
   for (int l = 0; l < num_landmarks; ++l) {
     s.landmark_edges.push_back(static_cast<int>(s.edges.size()));
@@ -211,7 +210,7 @@ void ForEachPair(const EdgeRecord& record, const Pair& pair) {
 // Numbers the types of the landmarks' edges.
 void NumberEdgeTypes(EdgeRecords* s) {
   constexpr int kPrefetchDistance = 16;
-  std::vector<const std::type_info*> types;
+  Array<const std::type_info*> types;
   for (int e = 0; e < s->num_landmark_edges; ++e) {
     if (e + kPrefetchDistance < s->num_landmark_edges) __builtin_prefetch(s->edges[e + kPrefetchDistance].edge);
     const Edge& edge = *s->edges[e].edge;
@@ -257,8 +256,8 @@ void SortBatchEdges(int num_poses, EdgeRecords* s) {
 }
 
 // Where, in the order of the batch and then of the edges between poses, those with the same poses begin; and the end.
-std::vector<int> FindEdgesOfSamePoses(const EdgeRecords& s) {
-  std::vector<int> begins;
+Array<int> FindEdgesOfSamePoses(const EdgeRecords& s) {
+  Array<int> begins;
   begins.reserve(static_cast<size_t>(s.num_active_edges) + 1);
   for (int k = 0; k < s.num_active_edges; ++k) {
     if (k == 0 || !HaveSamePoses(s, s.edges[s.BatchEdge(k)], s.edges[s.BatchEdge(k - 1)])) begins.push_back(k);
@@ -269,7 +268,7 @@ std::vector<int> FindEdgesOfSamePoses(const EdgeRecords& s) {
 
 // The rows i ≥ j of each column j: the diagonal, and each two free poses of an edge. Of the edges [begins[k], begins[k + 1]) one
 // speaks for all.
-Lists HessianPattern(int num_poses, const std::vector<int>& begins, const EdgeRecords& s) {
+Lists HessianPattern(int num_poses, const Array<int>& begins, const EdgeRecords& s) {
   const auto pose = [&](const EdgeRecord& record, int i) { return s.edge_poses[record.poses_begin + i].pose; };
   const Lists columns = MakeLists(num_poses, [&](const auto& add) {  // of each row
     for (int j = 0; j < num_poses; ++j) add(j, j);
@@ -295,11 +294,11 @@ Lists HessianPattern(int num_poses, const std::vector<int>& begins, const EdgeRe
 // H_pp's pattern, and which of its blocks each edge changes. Edges with the same poses share their entries.
 PoseBlocks ListHessianBlocks(int num_poses, bool in_runs, EdgeRecords* s) {
   PoseBlocks blocks;
-  const std::vector<int> begins = FindEdgesOfSamePoses(*s);
+  const Array<int> begins = FindEdgesOfSamePoses(*s);
   blocks.H_pp_pattern = HessianPattern(num_poses, begins, *s);
   const auto pose = [s](const EdgeRecord& record, int i) { return s->edge_poses[record.poses_begin + i].pose; };
   // An edge of one pose changes one block, which all such edges share; but runs are told apart by where theirs begin.
-  std::vector<int> of_one_pose(static_cast<size_t>(num_poses), kNone);
+  Array<int> of_one_pose(static_cast<size_t>(num_poses), kNone);
   blocks.edge_blocks.reserve(blocks.H_pp_pattern.items.size() + 2 * begins.size());
   for (size_t set = 0; set + 1 < begins.size(); ++set) {
     const EdgeRecord& first = s->edges[s->BatchEdge(begins[set])];
@@ -337,7 +336,7 @@ void CutPoseBatches(EdgeRecords* s, PoseBlocks* blocks) {
 
 // As many chunks as make the work of one clearly more than that of clearing and adding its sums; the number of threads
 // has no say, so that it does not change the sums.
-std::vector<int> CutChunks(const Numbering& vertices, const EdgeRecords& records, const PoseBlocks& blocks) {
+Array<int> CutChunks(const Numbering& vertices, const EdgeRecords& records, const PoseBlocks& blocks) {
   constexpr int kMost = 16, kEdges = 64;
   const int edges = records.num_landmark_edges;
   if (edges == 0) return {};
@@ -347,7 +346,7 @@ std::vector<int> CutChunks(const Numbering& vertices, const EdgeRecords& records
   }
   const int chunks =
       std::clamp(static_cast<int>(4.0 * edges / std::max(1, num_H_pp_values)), 1, std::clamp(edges / kEdges, 1, kMost));
-  std::vector<int> begins{0};
+  Array<int> begins{0};
   for (int l = 0; l < vertices.NumLandmarks(); ++l) {
     const auto done = static_cast<double>(records.landmark_edges[l]), share = static_cast<double>(edges) / chunks;
     if (done >= share * static_cast<double>(begins.size())) begins.push_back(l);
@@ -358,12 +357,12 @@ std::vector<int> CutChunks(const Numbering& vertices, const EdgeRecords& records
 
 // The batch's edges chunk by chunk, cut into runs.
 void CutRuns(EdgeRecords* s, Chunks* chunks) {
-  const std::vector<int>& begins = chunks->chunk_begin;
+  const Array<int>& begins = chunks->chunk_begin;
   const auto chunk_of = [&](int e) {
     return static_cast<int>(std::upper_bound(begins.begin(), begins.end(), s->edges[e].landmark) - begins.begin()) - 1;
   };
   const int num_chunks = chunks->NumChunks();
-  std::vector<int> chunk_edges{0, s->num_landmark_edges};
+  Array<int> chunk_edges{0, s->num_landmark_edges};
   if (num_chunks > 1) chunk_edges = KeySort()(s->batch_edges.begin(), s->batch_edges.end(), num_chunks, chunk_of);
   chunks->chunk_runs.push_back(0);
   for (int chunk = 0; chunk < num_chunks; ++chunk) {
@@ -388,8 +387,8 @@ bool Structure::OnePoseAnEdge() const {
                      [](const EdgeRecord& record) { return record.poses_end - record.poses_begin <= 1; });
 }
 
-std::vector<int> NumberPosesOfLandmarks(const Structure& s, int begin, int end) {
-  std::vector<int> number(s.poses.size(), kNone);
+Array<int> NumberPosesOfLandmarks(const Structure& s, int begin, int end) {
+  Array<int> number(s.poses.size(), kNone);
   for (int slot = s.landmark_slots[begin]; slot < s.landmark_slots[end]; ++slot) number[s.slot_pose[slot]] = 0;
   int next = 0;
   for (int& n : number) n = n == kNone ? kNone : next++;
@@ -399,7 +398,7 @@ std::vector<int> NumberPosesOfLandmarks(const Structure& s, int begin, int end) 
 Structure BuildStructure(Ordering ordering) {
   const Lists grouped = GroupEdges(ordering);
   const Lists seen_by = ListPosesOfLandmarks(ordering, grouped);
-  const std::vector<int> order = SortLandmarks(ordering, seen_by);
+  const Array<int> order = SortLandmarks(ordering, seen_by);
   Numbering vertices = NumberVertices(std::move(ordering), order);
   Slots slots = FindSlots(order, seen_by, vertices);
   EdgeRecords edges = ListEdges(order, grouped, vertices, slots);

@@ -51,10 +51,10 @@ struct EdgeRun {
 /// Which number each free vertex has, and where its rows are.
 struct Numbering {
   Ordering ordering;  ///< its incidence has been moved out
-  std::vector<Vertex*> poses, landmarks;
-  std::vector<int> pose_dim, pose_offset;          ///< scalar rows in H_pp
-  std::vector<int> landmark_dim, landmark_offset;  ///< scalar rows in H
-  std::vector<int> landmark_block;                 ///< where the landmark's dim×dim block begins among those of H_ll
+  Array<Vertex*> poses, landmarks;
+  Array<int> pose_dim, pose_offset;          ///< scalar rows in H_pp
+  Array<int> landmark_dim, landmark_offset;  ///< scalar rows in H
+  Array<int> landmark_block;                 ///< where the landmark's dim×dim block begins among those of H_ll
   int num_H_ll_values = 0;
 
   int Size() const { return ordering.Size(); }
@@ -64,12 +64,11 @@ struct Numbering {
 
 /// The blocks of H_pl.
 struct Slots {
-  BlockSizes sizes;  ///< of these blocks, where all have the same
-  std::vector<int>
-      landmark_slots;  ///< landmark l has slots [landmark_slots[l], landmark_slots[l + 1]), by ascending pose
-  std::vector<int> slot_pose, slot_landmark;
-  std::vector<int> slot_block;  ///< SlotBlock of each slot and of the end, unless all have the same size
-  Lists pose_slots;             ///< the slots of each pose, by ascending landmark
+  BlockSizes sizes;           ///< of these blocks, where all have the same
+  Array<int> landmark_slots;  ///< landmark l has slots [landmark_slots[l], landmark_slots[l + 1]), by ascending pose
+  Array<int> slot_pose, slot_landmark;
+  Array<int> slot_block;  ///< SlotBlock of each slot and of the end, unless all have the same size
+  Lists pose_slots;       ///< the slots of each pose, by ascending landmark
   int num_H_pl_values = 0;
 
   /// Where the slot's block, d_p×d_l without padding, begins among those of H_pl; that of the end is behind all.
@@ -82,15 +81,15 @@ struct Slots {
 
 /// The edges, in the order above, and which free poses and landmark each has.
 struct EdgeRecords {
-  std::vector<EdgeRecord> edges;
+  Array<EdgeRecord> edges;
   int num_landmark_edges = 0;  ///< those with a free landmark; they come first
   int num_active_edges = 0;    ///< those with any free vertex; they come before the others
-  std::vector<EdgePose> edge_poses;
+  Array<EdgePose> edge_poses;
   int num_landmark_edge_poses = 0;  ///< of the edges with a free landmark
-  std::vector<int> landmark_edges;  ///< landmark l has edges [landmark_edges[l], landmark_edges[l + 1])
+  Array<int> landmark_edges;        ///< landmark l has edges [landmark_edges[l], landmark_edges[l + 1])
   /// The landmarks' edges in the order of a batch: by their poses in each chunk where a landmark is a number, as they are
   /// where it is a point (then there are few with the same poses, and the list is empty).
-  std::vector<int> batch_edges;
+  Array<int> batch_edges;
   int num_edge_types = 0;  ///< of the landmarks' edges
   int max_width = 0;       ///< of an edge's J̃
   int max_rows = 0;        ///< of a residual
@@ -101,19 +100,19 @@ struct EdgeRecords {
 
 /// The blocks of H_pp, and the edges between poses, which change nothing else.
 struct PoseBlocks {
-  Lists H_pp_pattern;            ///< rows i ≥ j of each column
-  std::vector<int> edge_blocks;  ///< numbers of blocks of H_pp, see EdgeRecord
+  Lists H_pp_pattern;      ///< rows i ≥ j of each column
+  Array<int> edge_blocks;  ///< numbers of blocks of H_pp, see EdgeRecord
   /// Edges between poses, in batches whose normal equations stay in a processor's cache until they have been added to H_pp:
   /// batch k has edges [pose_batches[k], pose_batches[k + 1]).
-  std::vector<int> pose_batches;
+  Array<int> pose_batches;
   int num_normal_equation_values = 0;  ///< of the largest batch
 };
 
 /// The landmarks, cut into the work of tasks.
 struct Chunks {
-  std::vector<int> chunk_begin;  ///< chunk c has landmarks [chunk_begin[c], chunk_begin[c + 1])
-  std::vector<EdgeRun> runs;     ///< none if the batch's edges stay as they are
-  std::vector<int> chunk_runs;   ///< chunk c has runs [chunk_runs[c], chunk_runs[c + 1])
+  Array<int> chunk_begin;  ///< chunk c has landmarks [chunk_begin[c], chunk_begin[c + 1])
+  Array<EdgeRun> runs;     ///< none if the batch's edges stay as they are
+  Array<int> chunk_runs;   ///< chunk c has runs [chunk_runs[c], chunk_runs[c + 1])
 
   int NumChunks() const { return chunk_begin.empty() ? 0 : static_cast<int>(chunk_begin.size()) - 1; }
   /// One chunk alone needs no sums of its own: it adds to H_pp itself.
@@ -134,14 +133,14 @@ Structure BuildStructure(Ordering ordering);
 
 /// Numbers the poses that see the landmarks [begin, end), ascending; −1 for all others. A task that sums over these landmarks
 /// needs memory for these poses alone: in a city they are few.
-std::vector<int> NumberPosesOfLandmarks(const Structure& structure, int begin, int end);
+Array<int> NumberPosesOfLandmarks(const Structure& structure, int begin, int end);
 
 /// Prefetches an object that is needed soon: edges and vertices are scattered, so hardware prefetching does not help.
 inline void PrefetchObject(const void* object, int lines) {
   for (int line = 0; line < lines; ++line) __builtin_prefetch(static_cast<const char*>(object) + 64 * line);
 }
 /// Edge `e`, if there is one.
-inline void PrefetchEdge(const std::vector<EdgeRecord>& edges, int e) {
+inline void PrefetchEdge(const Array<EdgeRecord>& edges, int e) {
   if (e < static_cast<int>(edges.size())) PrefetchObject(edges[e].edge, 4);
 }
 

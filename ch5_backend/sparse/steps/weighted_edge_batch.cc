@@ -49,7 +49,7 @@ class SingleEdges : public EdgeBatch {
     for (int i = 0; i < numbers && count < kPack; ++i, x += kPack) std::fill(x + count, x + kPack, x[count - 1]);
   }
 
-  std::vector<Edge*> edges_;
+  Array<Edge*> edges_;
 };
 
 std::unique_ptr<EdgeBatch> MakeBatch(Edge* edge) {

@@ -83,9 +83,9 @@ class WeightedEdgeBatch {
 
   std::shared_ptr<EdgeBatch> batch_;      // a copy of this shares it
   const std::type_info* type_ = nullptr;  // of the batch's edges
-  std::vector<double> information_;       // w of each edge; none if unweighted_
-  std::vector<const LossFunction*> losses_;
-  std::vector<int> jacobian_begin_, block_begin_;
+  Array<double> information_;             // w of each edge; none if unweighted_
+  Array<const LossFunction*> losses_;
+  Array<int> jacobian_begin_, block_begin_;
   int size_ = 0;
   size_t capacity_ = 0;
   bool unweighted_ = false, goes_one_by_one_ = false;
@@ -120,8 +120,8 @@ class LandmarkEdgeBatches {
 
   bool AddAll(const Structure& structure);
 
-  std::vector<WeightedEdgeBatch> batches_;  // of each type
-  std::vector<Place> places_;               // none if there is one type
+  Array<WeightedEdgeBatch> batches_;  // of each type
+  Array<Place> places_;               // none if there is one type
   bool active_ = false;
 };
 

@@ -3,16 +3,12 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "ch5_backend/math/simd.h"
 
 namespace ch5 {
 namespace {
-
-const ImuSample& FirstOf(const std::vector<ImuSample>& samples) {
-  if (samples.empty()) throw std::invalid_argument("Preintegration: there is no IMU sample");
-  return samples.front();
-}
 
 void RequireFinite(const ImuSample& sample) {
   if (!sample.acceleration.allFinite() || !sample.gyroscope.allFinite()) {
@@ -20,26 +16,32 @@ void RequireFinite(const ImuSample& sample) {
   }
 }
 
-}  // namespace
-
-Preintegration::Preintegration(const ImuSample& first, const Vec3& b_a, const Vec3& b_g, const ImuNoise& noise)
-    : samples_{first}, b_a_(b_a), b_g_(b_g), noise_(noise) {
-  RequireFinite(first);
-  samples_.front().dt = 0.0;
-  Reset();
-}
-
-Preintegration::Preintegration(const std::vector<ImuSample>& samples, const Vec3& b_a, const Vec3& b_g,
-                               const ImuNoise& noise)
-    : Preintegration(FirstOf(samples), b_a, b_g, noise) {
-  for (size_t k = 1; k < samples.size(); ++k) Add(samples[k]);
-}
-
-void Preintegration::Add(const ImuSample& sample) {
+void RequireStep(const ImuSample& sample) {
   RequireFinite(sample);
   if (!(sample.dt > 0.0) || !std::isfinite(sample.dt)) {
     throw std::invalid_argument("Preintegration: the time step must be positive, got " + std::to_string(sample.dt));
   }
+}
+
+}  // namespace
+
+Preintegration::Preintegration(const ImuSample& first, const Vec3& b_a, const Vec3& b_g, const ImuNoise& noise)
+    : Preintegration(std::vector<ImuSample>{first}, b_a, b_g, noise) {}
+
+Preintegration::Preintegration(std::vector<ImuSample> samples, const Vec3& b_a, const Vec3& b_g, const ImuNoise& noise)
+    : samples_(std::move(samples)), b_a_(b_a), b_g_(b_g), noise_(noise) {
+  if (samples_.empty()) throw std::invalid_argument("Preintegration: there is no IMU sample");
+  RequireFinite(samples_.front());
+  samples_.front().dt = 0.0;
+  Reset();
+  for (size_t k = 1; k < samples_.size(); ++k) {
+    RequireStep(samples_[k]);
+    Step(samples_[k - 1], samples_[k]);
+  }
+}
+
+void Preintegration::Add(const ImuSample& sample) {
+  RequireStep(sample);
   Step(samples_.back(), sample);
   samples_.push_back(sample);
 }

@@ -20,7 +20,7 @@ class Preintegration {
   /// @param first  the measurement at the first frame;  @param b_a, b_g  biases at which to integrate
   Preintegration(const ImuSample& first, const Vec3& b_a, const Vec3& b_g, const ImuNoise& noise);
   /// A whole interval.  @throws std::invalid_argument if there is no sample, and as Add
-  Preintegration(const std::vector<ImuSample>& samples, const Vec3& b_a, const Vec3& b_g, const ImuNoise& noise);
+  Preintegration(std::vector<ImuSample> samples, const Vec3& b_a, const Vec3& b_g, const ImuNoise& noise);
 
   /// Integrates from the previous sample to this one.  @throws std::invalid_argument unless dt > 0 and all is finite
   void Add(const ImuSample& sample);

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "ch5_backend/math/array_memory.h"
 #include "ch5_backend/math/median.h"
 #include "ch5_backend/math/option_checks.h"
 #include "ch5_backend/math/so3.h"
@@ -62,12 +63,12 @@ bool StandstillDetector::HasForceChanged(const Vec3& mean, const Vec3& first_hal
 
 std::optional<double> TypicalMotion(const Image& a, const Image& b) {
   constexpr double kShare = 0.4;
-  std::vector<const TrackedPoint*> points;  // by id
+  Array<const TrackedPoint*> points;  // by id
   points.reserve(a.tracks.size());
   for (const TrackedPoint& point : a.tracks) points.push_back(&point);
   const auto precedes = [](const TrackedPoint* one, const TrackedPoint* other) { return one->id < other->id; };
   std::sort(points.begin(), points.end(), precedes);
-  std::vector<double> distances;
+  Array<double> distances;
   distances.reserve(points.size());
   for (const TrackedPoint& point : b.tracks) {
     const auto it = std::lower_bound(points.begin(), points.end(), &point, precedes);

@@ -5,6 +5,7 @@
 #include <deque>
 #include <optional>
 
+#include "ch5_backend/math/array_memory.h"
 #include "ch5_backend/types/recording.h"
 
 namespace ch5 {
@@ -51,9 +52,9 @@ class StandstillDetector {
 
   double focal_length_, gravity_;
   StandstillOptions options_;
-  std::deque<ImuMeasurement> imu_;   // of the last `seconds`
-  std::deque<Image> images_;         // likewise
-  std::optional<Vec3> first_force_;  // of the first half of a rest's first `seconds`
+  std::deque<ImuMeasurement, ArrayAllocator<ImuMeasurement>> imu_;  // of the last `seconds`
+  std::deque<Image, ArrayAllocator<Image>> images_;                 // likewise
+  std::optional<Vec3> first_force_;                                 // of the first half of a rest's first `seconds`
 };
 
 /// What two fifths of the points common to both images move less than, on the normalized plane; nullopt with fewer than
