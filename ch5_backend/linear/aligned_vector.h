@@ -44,7 +44,7 @@ class InArray : private HasAlignedVector, public Eigen::Map<Matrix> {
   explicit InArray(Eigen::Index rows, Eigen::Index columns = 1)
       : HasAlignedVector{AlignedVector(static_cast<size_t>(rows * columns))},
         Eigen::Map<Matrix>(numbers.data(), rows, columns) {}
-  InArray(InArray&&) = default;
+  InArray(InArray&&) noexcept = default;
   using Eigen::Map<Matrix>::operator=;
 };
 using ArrayMatrix = InArray<MatXX>;

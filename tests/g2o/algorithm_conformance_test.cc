@@ -10,6 +10,23 @@ namespace {
 
 // ---- G7: Levenberg-Marquardt -------------------------------------------------------------------------------------
 
+TEST(G2o, G7_LambdaFollowsItsTrace) {
+  // H = diag(1, 4), b = (2, 4), τ = 0.25: λ₀ = 1. Costs: a good step, two bad ones and a good one.
+  ScriptedSystem system((MatXX(2, 2) << 1, 0, 0, 4).finished(), (VecX(2) << 2, 4).finished(), {10, 8, 9, 9, 7, 6});
+  SolveOptions options = WithoutStopRules(Algorithm::kLevenbergMarquardt, 3);
+  options.tau = 0.25;
+  const Summary summary = Minimize(&system, options);
+  ASSERT_EQ(summary.trace.size(), 4u);
+  // Δx = (2/2, 4/5), predicted bᵀΔx − ½ΔxᵀHΔx = 5.2 − ½ (1 + 2.56) = 3.42.
+  EXPECT_DOUBLE_EQ(summary.trace[1].lambda, 1.0);
+  EXPECT_NEAR(summary.trace[1].gain_ratio, 2.0 / 3.42, 1e-14);
+  EXPECT_EQ(summary.trace[1].step_type, StepType::kDamped);
+  const double t = 2.0 * summary.trace[1].gain_ratio - 1.0;
+  const double after_success = std::max(1.0 / 3.0, std::min(2.0 / 3.0, 1.0 - t * t * t));
+  EXPECT_NEAR(summary.trace[2].lambda, after_success * 2.0 * 4.0, 1e-14);  // two failures: ν = 2, then 4
+  EXPECT_EQ(summary.trace[2].trials, 3);
+}
+
 TEST(G2o, G7_TenTrialsAndNoMore) {
   ScriptedSystem system = OneUnknown(4.0, 6.0, {10.0, 11.0});
   const Summary summary = Minimize(&system, WithoutStopRules(Algorithm::kLevenbergMarquardt, 20));

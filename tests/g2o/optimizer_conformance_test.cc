@@ -1,11 +1,11 @@
 // What g2o promises of SparseOptimizer and its graph. The rows and where they are tested:
 //
-//   G1   H Δx = b with b = −JᵀΩe                  solve/normal_equations.h     ../sparse/structure_test.cc, ../sparse/equality_test.cc
+//   G1   H Δx = b with b = −JᵀΩe                  solve/normal_equations.h     ../sparse/structure_test.cc, ../dense/problem_test.cc
 //   G2   initializeOptimization, levels           graph/ordering.h             graph_conformance_test.cc, optimizer_conformance_test.cc
 //   G3   the index mapping, in order of ids       graph/ordering.h             graph_conformance_test.cc, system_conformance_test.cc
 //   G4   no edge between landmarks                sparse/steps/structure.h     system_conformance_test.cc
 //   G5   numeric Jacobians                        graph/edge.h                 system_conformance_test.cc
-//   G6   robust kernels                           graph/loss.h                 ../graph/loss_test.cc, ../sparse/equality_test.cc
+//   G6   robust kernels                           graph/loss.h                 system_conformance_test.cc, ../graph/loss_test.cc
 //   G7   Levenberg–Marquardt                      solve/step_strategy.h         algorithm_conformance_test.cc, ../solve/minimizer_test.cc
 //   G8   Dogleg                                   solve/step_strategy.h         algorithm_conformance_test.cc
 //   G9   the terminate action                     solve/minimizer.h            optimizer_conformance_test.cc
@@ -14,12 +14,15 @@
 //   G12  push, pop, clear, gauge …                graph/graph.h                graph_conformance_test.cc, optimizer_conformance_test.cc
 //   G13  all linear solvers give the same x       linear/reduced_solver.h       ../sparse/equality_test.cc
 //   G14  what a graph refuses                     graph/graph.h                graph_conformance_test.cc
-//   G15  .g2o files                               files/g2o_file.h                   ../files/g2o_file_test.cc
+//   G15  .g2o files, the choice in three steps    files/g2o_file.h                   optimizer_conformance_test.cc, ../files/g2o_file_test.cc
 //        buildStructure, setLambda, saveHessian   sparse/sparse_solver.h                system_conformance_test.cc, ../sparse/structure_test.cc
 #include <gtest/gtest.h>
 
+#include <fstream>
+
 #include "ch5_backend/dense/blocks/plain_block_solver.h"
 #include "ch5_backend/dense/problem.h"
+#include "ch5_backend/files/g2o_file.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
 #include "ch5_backend/sparse/sparse_solver.h"
 #include "ch5_backend/types/edge_se3_prior.h"
@@ -184,6 +187,31 @@ TEST(G2o, G12_GaugeFreedomAndFindGauge) {
   Graph empty;
   EXPECT_FALSE(SparseOptimizer(&empty).GaugeFreedom());
   EXPECT_EQ(SparseOptimizer(&empty).FindGauge(), nullptr);
+}
+
+TEST(G2o, G15_AG2oFileIsOptimizedInThreeSteps) {
+  const std::string path = testing::TempDir() + "three_steps.g2o";
+  std::ofstream(path) << "VERTEX_SE3:QUAT 0 0 0 0 0 0 0 1\nVERTEX_SE3:QUAT 7 1.2 0.1 0 0 0 0.1 0.995\n"
+                         "VERTEX_SE3:QUAT 3 2.1 -0.1 0.1 0 0.05 0 0.999\nFIX 0\n"
+                         "EDGE_SE3:QUAT 0 7 1 0 0 0 0 0 1 9 0 0 0 0 0 9 0 0 0 0 9 0 0 0 9 0 0 9 0 9\n"
+                         "EDGE_SE3:QUAT 7 3 1 0 0 0 0 0 1 9 0 0 0 0 0 9 0 0 0 0 9 0 0 0 9 0 0 9 0 9\n"
+                         "EDGE_SE3:QUAT 0 3 2 0 0 0 0 0 1 9 0 0 0 0 0 9 0 0 0 0 9 0 0 0 9 0 0 9 0 9\n";
+  for (const ReducedSolverType linear :
+       {ReducedSolverType::kDenseCholesky, ReducedSolverType::kSparseCholesky, ReducedSolverType::kPcg}) {
+    for (const Algorithm algorithm : {Algorithm::kGaussNewton, Algorithm::kLevenbergMarquardt, Algorithm::kDogleg}) {
+      G2oFile file = ReadG2o(path);
+      EXPECT_EQ(file.ids, (std::vector<int64_t>{0, 3, 7}));
+      SparseOptimizer optimizer(&file.graph);
+      optimizer.SetReducedSolver(linear);
+      EXPECT_NE(dynamic_cast<SparseSolver*>(&optimizer.GetSolver()), nullptr);
+      optimizer.SetAlgorithm(algorithm);
+      ASSERT_TRUE(optimizer.InitializeOptimization());
+      EXPECT_GT(optimizer.Optimize(20), 0);
+      EXPECT_LT(optimizer.ActiveChi2(), 1e-6);
+      EXPECT_LT((file.graph.Vertices()[2]->Parameters().head<3>() - Vec3(1, 0, 0)).norm(), 1e-3);
+      EXPECT_LT((file.graph.Vertices()[1]->Parameters().head<3>() - Vec3(2, 0, 0)).norm(), 1e-3);
+    }
+  }
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // What g2o promises of its BlockSolver: H and b, their structure, damping, the file of H. optimizer_conformance_test.cc lists all rows.
 #include <gtest/gtest.h>
 
+#include <map>
 #include <sstream>
 
 #include "ch5_backend/sparse/save_hessian.h"
@@ -81,6 +82,35 @@ TEST(G2o, G5_NumericJacobiansAgreeWithAnalyticOnes) {
   ExpectNumericJacobians<EdgeReprojection>(depth, a, b, Vec2(0.1, 0.2), Vec2(-0.2, 0.1));
   ExpectNumericJacobians<EdgeSE3Prior>(a, q, Vec3(0.3, 0.1, 0.2));
   ExpectNumericJacobians<EdgeSE3Between>(a, b, q, Vec3(0.9, -0.3, 0.1));
+}
+
+TEST(G2o, G6_EveryKernelWeighsHAndBWithItsSlope) {
+  constexpr auto kIrls = LossCorrection::kIrls;
+  const std::map<std::string, std::shared_ptr<LossFunction>> kernels = {
+      {"Huber", std::make_shared<HuberLoss>(0.7, kIrls)},
+      {"PseudoHuber", std::make_shared<PseudoHuberLoss>(0.7, kIrls)},
+      {"Cauchy", std::make_shared<CauchyLoss>(0.7, kIrls)},
+      {"GemanMcClure", std::make_shared<GemanMcClureLoss>(0.7, kIrls)},
+      {"Welsch", std::make_shared<WelschLoss>(0.7, kIrls)},
+      {"Fair", std::make_shared<FairLoss>(0.7, kIrls)},
+      {"Tukey", std::make_shared<TukeyLoss>(0.7, kIrls)},
+      {"Saturated", std::make_shared<SaturatedLoss>(0.7, kIrls)},
+      {"Dcs", std::make_shared<DcsLoss>(0.7, kIrls)},
+      {"ScaleDelta", std::make_shared<ScaleDeltaLoss>(std::make_shared<HuberLoss>(1.0, kIrls), 0.7)}};
+  for (const auto& [name, kernel] : kernels) {
+    for (const double length : {0.1, 0.65, 3.0}) {  // of the residual, below and above the threshold
+      PointChain chain(2);
+      chain.points[0]->SetFixed();
+      chain.points[1]->SetEstimate(Vec3(1, length, 0));
+      chain.edges[0]->SetLossFunction(kernel);
+      const double slope = kernel->Evaluate(length * length)[1];
+      SparseSolver solver(&chain.graph);
+      solver.SetOrdering();
+      solver.MakeHessian();
+      EXPECT_LT((solver.DenseHessian() - slope * MatXX::Identity(3, 3)).norm(), 1e-8) << name << " at " << length;
+      EXPECT_NEAR(solver.RightHandSide()[1], -slope * length, 1e-8) << name << " at " << length;
+    }
+  }
 }
 
 TEST(G2o, BuildStructure_TheSchurPatternIsWhichPosesShareALandmark) {

@@ -30,6 +30,19 @@ std::shared_ptr<EdgeReprojection> NewReprojection(const std::shared_ptr<VertexIn
   return std::make_shared<EdgeReprojection>(depth, host, target, Vec2(0, 0), Vec2(0, 0));
 }
 
+TEST(Graph, NumbersVerticesAndEdgesInOrderOfInsertion) {
+  Graph graph;
+  const auto a = NewPose(), b = NewPose();
+  EXPECT_EQ(a->Id(), -1);
+  EXPECT_EQ(graph.AddVertex(a), 0);
+  EXPECT_EQ(graph.AddVertex(b), 1);
+  EXPECT_EQ(graph.AddEdge(NewPrior(b)), 0);
+  EXPECT_EQ(graph.AddEdge(NewPrior(a)), 1);
+  EXPECT_EQ(b->Id(), 1);
+  EXPECT_EQ(graph.EdgesOf(*a).size(), 1u);
+  EXPECT_EQ(graph.EdgesOf(*a)[0]->Id(), 1);
+}
+
 TEST(Graph, RefusesNullAndForeignAndDoubledMembers) {
   Graph graph, other;
   const auto pose = NewPose(), stranger = NewPose(), outside = NewPose();

@@ -139,6 +139,12 @@ TEST(StopRules, LinearSolverFailed) {
   }
 }
 
+// A loss that is negative, which would otherwise be a cost that falls for ever.
+TEST(StopRules, NegativeCost) {
+  ScriptedSystem system = OneUnknown(4.0, 6.0, {-1.0, -2.0});
+  ExpectStop(Minimize(&system), Termination::kNotFinite, false);
+}
+
 TEST(StopRules, ACallbackThatMovesAVertexEndsTheRun) {
   ScriptedSystem system = OneUnknown(4.0, 6.0, {10.0, 8.0, 1e9});
   SolveOptions options = WithoutStopRules(Algorithm::kLevenbergMarquardt, 20);

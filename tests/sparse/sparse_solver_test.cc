@@ -1,12 +1,14 @@
 // What is the sparse solver's own: its errors, its degenerate cases, its threads, its reduced solvers.
 #include <gtest/gtest.h>
 
+#include "ch5_backend/simulate/mono_ba.h"
 #include "ch5_backend/simulate/random.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
 #include "ch5_backend/sparse/sparse_solver.h"
 #include "ch5_backend/types/bal/edge_bal.h"
 #include "ch5_backend/types/edge_se3_prior.h"
 #include "ch5_backend/types/visual/edge_reprojection.h"
+#include "tests/scenes.h"
 
 namespace ch5::test {
 namespace {
@@ -52,6 +54,32 @@ TEST(SparseSolver, AnEdgeThatIsNotFiniteIsNamed) {
   const Summary summary = SparseOptimizer(&graph).Solve();
   EXPECT_EQ(summary.termination, Termination::kNotFinite);
   EXPECT_NE(summary.message.find("; EdgeBAL 3 has a residual or a Jacobian"), std::string::npos) << summary.message;
+}
+
+TEST(SparseSolver, ALandmarkSeenOnceIsSingularUntilItIsDamped) {
+  TwoViews scene(6);
+  auto lonely = std::make_shared<VertexPointXYZ>(Vec3(0.3, 0.2, 5.0));
+  scene.graph.AddVertex(lonely);
+  scene.graph.AddEdge(std::make_shared<EdgeReprojectionXYZ>(lonely, scene.poses[1], Vec2(0.01, 0.02)));
+  SparseOptimizer optimizer(&scene.graph);
+  SparseSolver& solver = optimizer.GetSolver();
+  solver.MakeHessian();
+  VecX step;
+  EXPECT_FALSE(solver.SolveLinearSystem(0.0, &step));
+  EXPECT_TRUE(solver.SolveLinearSystem(1e-3, &step));
+  EXPECT_TRUE(step.allFinite());
+}
+
+TEST(SparseSolver, AFreeGaugeIsSingularUntilItIsDamped) {
+  MonoBaOptions options;
+  options.pixel_sigma = options.depth_sigma = 0.0;  // the null space is exact at the truth
+  MonoBa scene = BuildMonoBa(SimulateMonoBa(options), Gauge::kFree, 1.0, 0.0);
+  SparseSolver solver(&scene.graph);
+  solver.SetOrdering();
+  solver.MakeHessian();
+  VecX step;
+  EXPECT_FALSE(solver.SolveLinearSystem(0.0, &step));
+  EXPECT_TRUE(solver.SolveLinearSystem(1e-3, &step));
 }
 
 TEST(SparseSolver, FollowsChangesOfTheGraph) {

@@ -19,6 +19,9 @@ foreach(header IN LISTS headers ITEMS ch5_homework/judge/told_sizes.h ch5_homewo
     COMMAND ${CMAKE_COMMAND} -E copy ${PROJECT_SOURCE_DIR}/${header} ${grader}/include/${header})
   list(APPEND copies ${grader}/include/${header})
 endforeach()
+foreach(header IN LISTS earlier_headers)
+  configure_file(${earlier}/${header} ${grader}/include/${header} COPYONLY)
+endforeach()
 
 get_target_property(eigen Eigen3::Eigen INTERFACE_INCLUDE_DIRECTORIES)
 get_target_property(alignment ch5_settings INTERFACE_COMPILE_DEFINITIONS)
