@@ -381,7 +381,7 @@ void SolveOptions::Validate() const {
   CheckOption("SolveOptions::cost_tolerance", cost_tolerance, 0);
   CheckOption("SolveOptions::gradient_tolerance", gradient_tolerance, 0);
   CheckOption("SolveOptions::step_tolerance", step_tolerance, 0);
-  CheckOption("SolveOptions::tau", tau, 0);
+  CheckNotNegative("SolveOptions::tau", tau);
   CheckPositive("SolveOptions::initial_radius", initial_radius);
   CheckOption("SolveOptions::max_trials", max_trials, 1);
   CheckOption("SolveOptions::landmark_steps", landmark_steps, 0);

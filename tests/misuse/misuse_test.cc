@@ -525,6 +525,7 @@ const std::vector<Case> kOptions = {
      [] { return SolveWith([](auto* o) { o->max_iterations = -5; }); }},
     {"a tolerance of NaN", "SolveOptions::cost_tolerance = nan: must be at least 0",
      [] { return SolveWith([](auto* o) { o->cost_tolerance = kNaN; }); }},
+    {"damping without end", "SolveOptions::tau = inf", [] { return SolveWith([](auto* o) { o->tau = 1.0 / 0.0; }); }},
     {"trials", "SolveOptions::max_trials = 0", [] { return SolveWith([](auto* o) { o->max_trials = 0; }); }},
     {"100,000 threads", "threads = 100000: must be 1 to 1024", [](TwoSteps* g) { SparseOptimizer(&g->graph, 100000); }},
     {"an iterative solver's tolerance", "IterativeOptions::tolerance = -1",
