@@ -15,6 +15,13 @@ constexpr size_t kLine = 64, kLargePage = size_t{1} << 21;
 constexpr size_t kKeptSizes = 13;       // 64 bytes, 128, …, 256 KB
 constexpr size_t kKeptBytes = 1 << 20;  // at most, of each size
 
+// A sanitizer sees each array come and go.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || defined(FUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION)
+constexpr bool kKeepsNone = true;
+#else
+constexpr bool kKeepsNone = false;
+#endif
+
 // What a thread has been given back. Plain data: objects that live longer than this thread's others may still give back.
 struct KeptBlocks {
   struct Block {
@@ -37,10 +44,7 @@ struct AtThreadsEnd {
 
 // k of the first size, 64 · 2^k, that holds so many bytes; kKeptSizes or more: none.
 size_t SizeOf(size_t bytes) {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  return kKeptSizes;  // a sanitizer sees each array come and go
-#endif
-  size_t k = 0;
+  size_t k = kKeepsNone ? kKeptSizes : 0;
   while (k < kKeptSizes && kLine << k < bytes) ++k;
   return k;
 }
