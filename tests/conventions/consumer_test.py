@@ -12,13 +12,13 @@ from tests.project import BUILD, CXX, EIGEN, ROOT, run
 
 HERE = BUILD / "tests" / "consumer"
 CACHE = {"CCACHE_BASEDIR": str(ROOT), "CCACHE_NOHASHDIR": "1"}  # it knows them again wherever the project lies
-SOURCE, EXAMPLES = ROOT / "tests" / "conventions" / "consumer", ROOT / "ch5_backend" / "examples"
+SOURCE = ROOT / "tests" / "conventions" / "consumer"
 LAUNCHER = ["-DCMAKE_CXX_COMPILER_LAUNCHER=ccache"] if shutil.which("ccache") else []
 COMPILER = ["ccache", CXX] if LAUNCHER else [CXX]
 STRICT = ("-Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wold-style-cast -Wdouble-promotion "
           "-Wnon-virtual-dtor -Woverloaded-virtual -Werror").split()
 ALIGNMENT = ("-DEIGEN_MAX_ALIGN_BYTES=64", "-DEIGEN_MAX_STATIC_ALIGN_BYTES=16")
-PROGRAMS = tuple(f"{example}{flags}" for example in ("sliding_window", "live_odometry") for flags in ("", "_mavx2", "_march_native"))
+PROGRAMS = ("consumer", "consumer_mavx2", "consumer_march_native")
 
 
 def call(*command, **environment) -> str:
@@ -42,28 +42,13 @@ def configure(name: str, *words) -> str:
     return call("cmake", "-G", "Ninja", "-S", SOURCE, "-B", HERE / name, *LAUNCHER, *words)
 
 
-def numbers(pattern: str, text: str) -> list:
-    """The numbers in the pattern's groups."""
-    return [float(number) for number in re.search(pattern, text).groups()]
-
-
-def expect_right(program: str, said: str) -> None:
-    """What sliding_window and live_odometry find."""
-    if program.startswith("live"):
-        assert len(re.findall("s, segment 0: ", said)) > 100 and "at the end: speed" in said, said
-        return
-    (poses, window), (batch,) = numbers(r"window: (\d+) poses, sigma (\S+) m", said), numbers(r"batch: 100 poses, sigma (\S+) m", said)
-    assert poses == 5 and abs(window / batch - 1.0) < 0.02 and numbers(r"are (\S+) m apart", said)[0] < 0.01, said
-
-
 def runs(name: str) -> list:
-    """[(program, what went wrong or "")] of a build folder of the consumer: what it allocates, the library frees, and the other
-    way round; classes with matrices of fixed and of dynamic size cross the border in both directions."""
+    """[(program, what went wrong or "")] of a build folder of the consumer."""
     outcomes = []
     for program in PROGRAMS:
         try:
             call("cmake", "--build", HERE / name, "--target", program)
-            expect_right(program, call(HERE / name / program))
+            call(HERE / name / program)
             outcomes.append((program, ""))
         except AssertionError as error:
             outcomes.append((program, str(error)))
@@ -80,7 +65,7 @@ class Consumer(unittest.TestCase):
         """Without a package of Eigen."""
         for word in (f"-DCMAKE_PREFIX_PATH={install(BUILD)}", f"-DCH5_SOURCE={ROOT}"):
             configure("own_eigen", word, f"-DCMAKE_CXX_COMPILER={CXX}", f"-DOWN_EIGEN={EIGEN}", "-DCMAKE_DISABLE_FIND_PACKAGE_Eigen3=ON")
-            self.assertIn(f"-isystem {EIGEN}", call("ninja", "-C", HERE / "own_eigen", "-t", "commands", "sliding_window"))
+            self.assertIn(f"-isystem {EIGEN}", call("ninja", "-C", HERE / "own_eigen", "-t", "commands", "consumer"))
 
     def test_what_an_installed_header_includes_is_installed(self):
         include = install(BUILD) / "include"
@@ -103,9 +88,9 @@ class Consumer(unittest.TestCase):
         prefix, program = install(BUILD), HERE / "by_hand"
         folder, = prefix.rglob("pkgconfig")
         cflags, libs = (shlex.split(call("pkg-config", kind, "ch5_backend", PKG_CONFIG_PATH=str(folder))) for kind in ("--cflags", "--libs"))
-        call(*COMPILER, "-std=c++17", "-O0", "-march=native", *cflags, "-c", EXAMPLES / "sliding_window.cc", "-o", program.with_suffix(".o"))
+        call(*COMPILER, "-std=c++17", "-O0", "-march=native", *cflags, "-c", SOURCE / "main.cc", "-o", program.with_suffix(".o"))
         call(CXX, program.with_suffix(".o"), "-o", program, *libs)
-        expect_right("sliding_window", call(program))
+        call(program)
 
     def test_a_debug_library_lies_beside_a_release_one(self):
         """Both are empty files here: nothing is linked, and compiling them takes minutes."""
@@ -120,7 +105,7 @@ class Consumer(unittest.TestCase):
             self.assertIn(f" -l{library} ", package.read_text(encoding="utf-8"))
         for build_type, library in (("", "ch5_backend"), ("RelWithDebInfo", "ch5_backend"), ("Release", "ch5_backend"), ("Debug", "ch5_backendd")):
             configure("either", f"-DCMAKE_PREFIX_PATH={prefix}", f"-DCMAKE_CXX_COMPILER={CXX}", f"-DCMAKE_BUILD_TYPE={build_type}")
-            self.assertIn(f"/lib{library}.a", call("ninja", "-C", HERE / "either", "-t", "commands", "sliding_window"), build_type)
+            self.assertIn(f"/lib{library}.a", call("ninja", "-C", HERE / "either", "-t", "commands", "consumer"), build_type)
 
     def test_two_copies_in_one_program_share_no_variable(self):
         """As in two shared libraries that each hold ours: both would make it, and both destroy it."""

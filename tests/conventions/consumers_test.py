@@ -26,7 +26,7 @@ class Matrix(unittest.TestCase):
 
         def note(way: str, compiler: str, standard: str, built: str, name: str):
             for program, fault in runs(name):
-                rows.append(f"{way:<12} {compiler:<8} C++{standard} {built:<7} {program:<28} {'fails' if fault else 'right'}")
+                rows.append(f"{way:<12} {compiler:<8} C++{standard} {built:<7} {program:<22} {'fails' if fault else 'right'}")
                 faults.extend([fault] * bool(fault))
 
         prefixes = {"plain": install(library()), "native": install(library("CH5_NATIVE=ON")),

@@ -9,7 +9,8 @@ import sysconfig
 import unittest
 from pathlib import Path
 
-from tests.conventions.consumer_test import ALIGNMENT, HERE, call, numbers
+from tests.conventions.consumer_test import ALIGNMENT, HERE, call
+from tests.conventions.examples_test import numbers
 from tests.project import BUILD, CXX, EIGEN, ROOT
 
 PYTHON = ROOT / "ch5_backend" / "python"

@@ -74,5 +74,9 @@ TEST(GaugeHandling, PriorsJacobianIsTheDerivative) {
   ExpectJacobiansAreDerivatives(&edge);
 }
 
+TEST(GaugeHandling, DirectionsThatDoNotHoldTheGaugeAreRefused) {
+  EXPECT_THROW(GaugeProjection(MatXX::Identity(6, 2), MatXX::Zero(6, 2)), std::invalid_argument);
+}
+
 }  // namespace
 }  // namespace ch5

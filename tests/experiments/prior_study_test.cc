@@ -1,10 +1,19 @@
-// What the weight of the first two frames' priors does to the answer; the priors themselves: ch5_homework/judge/stage_3.cc.
+// Stage 3: the priors of the first two frames, and what their weight does to the answer.
 #include <gtest/gtest.h>
 
 #include "ch5_backend/experiments/studies/prior_study.h"
+#include "ch5_backend/types/edge_se3_prior.h"
 
 namespace ch5 {
 namespace {
+
+std::vector<std::shared_ptr<Edge>> Priors(const MonoBa& ba) {
+  std::vector<std::shared_ptr<Edge>> priors;
+  for (const auto& edge : ba.graph.Edges()) {
+    if (dynamic_cast<const EdgeSE3Prior*>(edge.get())) priors.push_back(edge);
+  }
+  return priors;
+}
 
 PriorVariant Variant(const std::string& name) {
   for (const PriorVariant& variant : PriorVariants()) {
@@ -15,6 +24,16 @@ PriorVariant Variant(const std::string& name) {
 
 PriorRun Solve(const PriorVariant& variant, double weight) {
   return RunPrior(variant, SimulateMonoBa(variant.scene), weight, TightOptions());
+}
+
+TEST(PriorEdges, OfTheMinimalGaugeAreSevenConstraints) {
+  MonoBa ba = BuildMonoBa(SimulateMonoBa(MonoBaOptions()), Gauge::kPriorMinimal, 1.0, 7.0);
+  const auto priors = Priors(ba);
+  ASSERT_EQ(priors.size(), 2u);
+  EXPECT_EQ(priors[0]->Information(), 7.0 * MatXX::Identity(6, 6));
+  const MatXX one = priors[1]->Information();
+  EXPECT_NEAR(one.trace(), 7.0, 1e-14);
+  EXPECT_LT((one * one - 7.0 * one).norm(), 1e-13) << "7 times a projection on one direction";
 }
 
 // Seven constraints can all be met: the optimum is the free one, moved. The solver stops where a step gains less than

@@ -1,4 +1,5 @@
 #include "ch5_backend/marginalize/marginalization_error.h"
+#include "ch5_backend/marginalize/marginalize.h"
 #include "tests/marginalize/small_graphs.h"
 
 namespace ch5 {
@@ -20,6 +21,19 @@ MatXX InOrderOfIds(const MarginalizationError& error, const SmallWindow& window,
   }
   *b = error.b0()(rows);
   return error.H()(rows, rows);
+}
+
+// OK1 and OK4:  JᵀJ = H,  Jᵀ(e₀ + JΔχ) = −(b₀ − HΔχ).
+TEST(MarginalizationError, SquareRootFormReproducesHAndB) {
+  const SmallWindow window;
+  MarginalizationError error = Accumulate(window);
+  error.MarginalizeOut(window.Oldest());
+  error.UpdateErrorComputation();
+  EXPECT_LT(RelativeError(error.J().transpose() * error.J(), error.H()), 1e-9);
+  const VecX delta_chi = 0.01 * VecX::Random(error.H().rows());
+  const VecX lhs = error.J().transpose() * error.Residual(delta_chi);
+  const VecX rhs = -(error.b0() - error.H() * delta_chi);
+  EXPECT_LT((lhs - rhs).norm(), 1e-9 * rhs.norm());
 }
 
 // OK2: states in awkward units (1 mm … 1 km) lose nothing, since H is scaled before every pseudo-inverse.
@@ -78,6 +92,22 @@ TEST(MarginalizationError, FreezesTheLinearizationPointAtTheFirstConnection) {
   const int a = still.OrderingId(*pose), b = moved.OrderingId(*pose);
   EXPECT_LT(RelativeError(moved.H().block(b, b, 6, 6), still.H().block(a, a, 6, 6)), 1e-12);
   EXPECT_GT(moved.ComputeDeltaChi().norm(), 1e-2);
+}
+
+// OK8: landmarks one by one and then one dense block give the one-shot Schur complement, whatever the order of edges.
+TEST(MarginalizationError, EqualsTheFunction) {
+  for (const uint64_t seed : {1u, 5u}) {
+    const SmallWindow window(seed);
+    const MarginalSystem system = EliminateVertices(window.EdgesAt(window.Oldest()), window.Oldest());
+    for (const bool reversed : {false, true}) {
+      MarginalizationError error = Accumulate(window, reversed);
+      error.MarginalizeOut(window.Oldest());
+      VecX b;
+      const MatXX H = InOrderOfIds(error, window, &b);
+      EXPECT_LT(RelativeError(H, system.H), 1e-9) << seed << reversed;
+      EXPECT_LT(RelativeError(b, system.b), 1e-9) << seed << reversed;
+    }
+  }
 }
 
 // OK10: a fixed vertex has no columns.

@@ -504,10 +504,6 @@ const std::vector<Case> kGraphs = {
      [] {
        MarginalizationInfo().AddResidualBlockInfo({nullptr, {}});
      }},
-    {"VINS-Mono's marginalization of a vertex that the edge has not", "MarginalizationInfo: EdgeStep has no vertex 2",
-     [](TwoSteps* g) {
-       MarginalizationInfo().AddResidualBlockInfo({g->edges_[0], {2}});
-     }},
     {"VINS-Mono's marginalization of a vertex in no graph",
      "MarginalizationInfo: a VertexPose of EdgeSE3Prior is in no graph",
      [] {

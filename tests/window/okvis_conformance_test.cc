@@ -1,7 +1,6 @@
 /// OKVIS's published behavior, row by row, and the file that tests it:
 ///
-///   OK1, OK4, OK8                          ch5_homework/judge/stage_5.cc
-///   OK2, OK5, OK6, OK10                    ../marginalize/marginalization_error_test.cc
+///   OK1, OK2, OK4 – OK6, OK8, OK10         ../marginalize/marginalization_error_test.cc
 ///   OK3  relative eigenvalue cutoff        here
 ///   OK7  loss correction                   ../graph/loss_test.cc
 ///   OK9  sign of a quaternion              ../types/edge_imu_test.cc
