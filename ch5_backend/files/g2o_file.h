@@ -37,8 +37,7 @@ struct G2oFile {
 
   Graph graph;
   std::vector<std::shared_ptr<Vertex>> world;  ///< where priors begin: fixed, at the origin; in the graph, in no line
-  std::vector<int64_t>
-      ids;  ///< the file's name of each vertex, ascending, by its id in the graph; GTSAM's take 63 bits
+  std::vector<int64_t> ids;  ///< the file's names of the vertices, ascending, by id in the graph; GTSAM's take 63 bits
   std::vector<Line> lines;
   std::vector<Line> unknown;  ///< those of `lines` that were left out: not known
   bool has_poses = true;      ///< false if the file holds edges only: all poses are then at the origin, in order of id

@@ -36,10 +36,10 @@ class Vertex {
   /// ∂((x ⊞ δ) ⊟ x₀)/∂δ at δ = 0, square; the identity where x = x₀, and everywhere in a vector space.
   virtual MatXX MinusJacobian(const VecX& /*x0*/) const { return MatXX::Identity(local_dimension_, local_dimension_); }
 
-  /// Both into a caller's memory, as a prior asks for them in every iteration: δ, and ∂δ unless that is null. Types that ask
-  /// for no memory here seal Minus, so that no other δ comes from a class made of them.
+  /// Either or both into a caller's memory, as a prior asks for them in every iteration; null: not wanted. Types that ask for
+  /// no memory here seal Minus, so that no other δ comes from a class made of them.
   virtual void MinusInto(const VecX& x0, double* delta, double* derivative) const {
-    Eigen::Map<VecX>(delta, local_dimension_) = Minus(x0);
+    if (delta) Eigen::Map<VecX>(delta, local_dimension_) = Minus(x0);
     if (derivative) Eigen::Map<MatXX>(derivative, local_dimension_, local_dimension_) = MinusJacobian(x0);
   }
 

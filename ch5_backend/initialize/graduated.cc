@@ -74,7 +74,7 @@ double ShareOfLimit(const std::vector<LoopVerdict>& loops, const Graph& graph) {
   const auto place = NumberPoses(graph);
   std::map<std::pair<int, int>, Transform> steps;  // T_i_j of neighbors, in both directions
   const auto ends = [&](const Edge& edge) {
-    return std::pair(place.at(edge.Vertices()[0].get()), place.at(edge.Vertices()[1].get()));
+    return std::pair(place[edge.Vertices()[0]->Id()], place[edge.Vertices()[1]->Id()]);
   };
   for (const auto& edge : graph.Edges()) {
     const auto T_i_j = MeasurementOf(*edge);

@@ -27,7 +27,7 @@ std::vector<std::vector<Step>> FindSteps(const Graph& graph) {
     const std::optional<Transform> T_i_j = MeasurementOf(*edge);
     if (!T_i_j) continue;
     const VertexPointer &i = edge->Vertices()[0], &j = edge->Vertices()[1];
-    const bool is_odometry = std::abs(place.at(j.get()) - place.at(i.get())) == 1;
+    const bool is_odometry = std::abs(place[j->Id()] - place[i->Id()]) == 1;
     steps[i->Id()].push_back({i, j, *T_i_j, is_odometry, edge.get()});
     steps[j->Id()].push_back({j, i, Inverse(*T_i_j), is_odometry, edge.get()});
   }
@@ -77,10 +77,13 @@ std::vector<VertexPointer> Walk(const Graph& graph, TreeOrder order, const std::
 
 }  // namespace
 
-std::unordered_map<const Vertex*, int> NumberPoses(const Graph& graph) {
-  std::unordered_map<const Vertex*, int> numbers;
-  for (const VertexPointer& vertex : graph.Vertices())
-    if (PoseOf(*vertex)) numbers.emplace(vertex.get(), static_cast<int>(numbers.size()));
+std::vector<int> NumberPoses(const Graph& graph) {
+  const auto& vertices = graph.Vertices();
+  std::vector<int> numbers(vertices.empty() ? 0 : vertices.back()->Id() + 1);
+  int next = 0;
+  for (const VertexPointer& vertex : vertices) {
+    if (PoseOf(*vertex)) numbers[vertex->Id()] = next++;
+  }
   return numbers;
 }
 

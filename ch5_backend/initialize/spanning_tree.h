@@ -8,15 +8,15 @@
 ///   4 ◄── 3 ◄───┘
 
 #include <memory>
-#include <unordered_map>
 #include <vector>
 
 #include "ch5_backend/graph/graph.h"
 
 namespace ch5 {
 
-/// The number of poses before each in the graph: those whose numbers follow each other are a path, landmarks between or not.
-std::unordered_map<const Vertex*, int> NumberPoses(const Graph& graph);
+/// By id the number of poses before each in the graph: those whose numbers follow each other are a path, landmarks between or
+/// not, which have none.
+std::vector<int> NumberPoses(const Graph& graph);
 
 /// kBreadthFirst takes the fewest edges from a root to each pose. kOdometryFirst takes all edges between poses that follow
 /// each other in the graph, the first of several, and others only where these do not reach.

@@ -121,9 +121,8 @@ bool EdgePrior::NegativeProductsInto(double* products) {
   Eigen::Index begin = 0;
   for (size_t i = 0; i < prior_.vertices.size(); ++i) {
     const Eigen::Index dim = prior_.vertices[i]->LocalDimension();
-    ArrayVector delta(dim);
     ArrayMatrix B(dim, dim);
-    prior_.vertices[i]->MinusInto(prior_.x0[i], delta.data(), B.data());
+    prior_.vertices[i]->MinusInto(prior_.x0[i], nullptr, B.data());
     const Eigen::Index same = LeadingIdentity(B), rest = B.rows() - same, first = begin + same;
     const int rows_below = static_cast<int>(n + 1 - begin), columns_before = static_cast<int>(begin + B.rows());
     if (rest == 3) {

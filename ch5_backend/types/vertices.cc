@@ -48,15 +48,14 @@ VecX VertexPose::Minus(const VecX& x0) const {
 }
 
 MatXX VertexPose::MinusJacobian(const VecX& x0) const {
-  Vec6 delta;
   Mat66 J;
-  MinusInto(x0, delta.data(), J.data());
+  MinusInto(x0, nullptr, J.data());
   return J;
 }
 
 void VertexPose::MinusInto(const VecX& x0, double* delta, double* derivative) const {
   const Qd dq = Difference(x0);
-  Vec6::Map(delta) << p() - x0.head<3>(), 2.0 * dq.vec();
+  if (delta) Vec6::Map(delta) << p() - x0.head<3>(), 2.0 * dq.vec();
   if (!derivative) return;
   Eigen::Map<Mat66> J(derivative);
   J.setIdentity();
@@ -87,7 +86,7 @@ VertexSpeedBias::VertexSpeedBias(const Vec9& v_ba_bg) : SizedVertex(v_ba_bg, Rol
 VecX VertexSpeedBias::Minus(const VecX& x0) const { return x_ - x0; }
 
 void VertexSpeedBias::MinusInto(const VecX& x0, double* delta, double* derivative) const {
-  Vec9::Map(delta) = x_ - x0;
+  if (delta) Vec9::Map(delta) = x_ - x0;
   if (derivative) Eigen::Matrix<double, 9, 9>::Map(derivative).setIdentity();
 }
 

@@ -1,32 +1,14 @@
-// An iteration of the sparse solver takes no memory, and neither does a factorization: every way to it is counted, Eigen's
-// malloc included.
+// An iteration of the sparse solver takes no memory, and neither does a factorization: every way to it is counted.
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <atomic>
-#include <cstdlib>
 
 #include "ch5_backend/linear/sparse_cholesky.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
 #include "ch5_backend/sparse/sparse_solver.h"
+#include "tests/count_malloc.h"
 #include "tests/linear/block_matrices.h"
 #include "tests/scenes.h"
-
-#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define CH5_COUNTS_MALLOC
-
-namespace {
-std::atomic<bool> counting = false;
-std::atomic<int> allocations = 0;
-}  // namespace
-
-// operator new ends here too.
-extern "C" void* __libc_malloc(size_t size);
-extern "C" void* malloc(size_t size) {
-  if (counting) ++allocations;
-  return __libc_malloc(size);
-}
-#endif
 
 namespace ch5::test {
 namespace {
@@ -60,12 +42,12 @@ TEST_P(NoAllocationOfScenes, AfterTheFirstIteration) {
     allocations = 0;
     GTEST_SKIP() << "numeric Jacobians take memory";
   }
-  EXPECT_EQ(allocations, 0);
+  EXPECT_EQ(allocations, 0u);
   counting = true;  // and the counter counts
   delete new int(3);
   VecX::Zero(100).eval();
   counting = false;
-  EXPECT_GE(allocations, 1);
+  EXPECT_GE(allocations, 1u);
   allocations = 0;
 #endif
 }
@@ -88,7 +70,7 @@ TEST(NoAllocation, InAFactorizationByAnyNumberOfThreads) {
       cholesky.Solve(b, &x);
     }
     counting = false;
-    EXPECT_EQ(allocations, 0) << threads << " threads";
+    EXPECT_EQ(allocations, 0u) << threads << " threads";
   }
 #endif
 }

@@ -19,6 +19,7 @@
 #include "ch5_backend/simulate/random.h"
 #include "ch5_backend/sparse/covariance.h"
 #include "ch5_backend/types/plus_jacobian.h"
+#include "tests/count_malloc.h"
 #include "tests/window/simulations.h"
 
 namespace ch5 {
@@ -95,21 +96,7 @@ TEST(Estimator, DoesNotDependOnTheClock) {
   EXPECT_FALSE(AreSame(cut.states, whole.states)) << "else the slow machine would be none";
 }
 
-#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-thread_local size_t calls_of_malloc = 0;
-
-}  // namespace
-}  // namespace ch5
-
-extern "C" void* __libc_malloc(size_t bytes);  // NOLINT(bugprone-reserved-identifier): glibc's name
-extern "C" void* malloc(size_t bytes) {
-  ++ch5::calls_of_malloc;
-  return __libc_malloc(bytes);
-}
-
-namespace ch5 {
-namespace {
-
+#ifdef CH5_COUNTS_MALLOC
 // What an image gives back serves the next, mostly without malloc; pages come from the system, which may take it long, only
 // where a window is larger than all before.
 TEST(Estimator, HardlyAnImageTakesMemoryFromTheSystem) {
@@ -121,18 +108,20 @@ TEST(Estimator, HardlyAnImageTakesMemoryFromTheSystem) {
   for (auto& policy : AllPolicies()) {
     Estimator estimator(EstimatorOptions{recording.calibration}, std::move(policy));
     SCOPED_TRACE(estimator.Policy().Name());
-    size_t images = 0, most = 0, calls_before = 0;
+    size_t images = 0, most = 0;
+    test::allocations = 0;
     int grown = 0;
     FeedRecording(recording, &estimator, [&](const Estimator&, const ImageResult& row) {
       ASSERT_TRUE(++images < 100 || row.report.state);
       const size_t now = from_the_system();
       if (images > 100) grown += now > most;
-      if (images == 100) calls_before = calls_of_malloc;
+      test::counting = images >= 100;
       most = std::max(most, now);
     });
+    test::counting = false;
     ASSERT_GT(images, 300u);
     EXPECT_LE(grown, 4);
-    EXPECT_LT(calls_of_malloc - calls_before, 60 * (images - 100));
+    EXPECT_LT(test::allocations, 60 * (images - 100));
   }
 }
 #endif
