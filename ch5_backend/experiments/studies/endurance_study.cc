@@ -18,6 +18,7 @@ namespace ch5 {
 namespace {
 
 constexpr double kImageRate = 10.0, kAlignSeconds = 60.0;
+constexpr int kFull = 10;  // images with an estimate after a start, until the window is full
 
 Recording Simulate(const EnduranceOptions& options) {
   SimulationOptions simulation;
@@ -34,14 +35,14 @@ class Times {
     const double step = std::log(seconds / kLeast) / std::log1p(kStep);
     ++counts_[static_cast<size_t>(std::clamp(step, 0.0, static_cast<double>(kSteps - 1)))];
     ++count_;
-    most_ = std::max(most_, seconds);
   }
-  /// That in which this share of the images was done [ms].
+  /// That in which this share of the images was done, or NaN of none [ms].
   double Milliseconds(double share) const {
+    if (count_ == 0) return kNoNumber;
     int64_t left = static_cast<int64_t>(std::ceil(share * static_cast<double>(count_)));
     size_t step = 0;
     while (step + 1 < kSteps && (left -= counts_[step]) > 0) ++step;
-    return 1e3 * std::min(most_, kLeast * std::pow(1.0 + kStep, static_cast<double>(step + 1)));
+    return 1e3 * kLeast * std::pow(1.0 + kStep, static_cast<double>(step + 1));
   }
 
  private:
@@ -49,7 +50,6 @@ class Times {
   static constexpr size_t kSteps = 2000;  // up to 440 s
   std::array<int64_t, kSteps> counts_ = {};
   int64_t count_ = 0;
-  double most_ = 0.0;
 };
 
 // Linux: the second number of statm counts resident pages.
@@ -98,12 +98,15 @@ void Endure(const Recording& recording, const EnduranceOptions& options, std::un
   const std::string name = estimator.Policy().Name();
   Drift drift(recording.truth);
   Vec3 last = recording.truth.front().T_W_B.p;
-  int frame = 0;
-  double distance = 0.0, seconds = 0.0;
+  int frame = 0, segment = 0, estimates = 0;  // the last: of the segment
+  double distance = 0.0, seconds = 0.0, longest = 0.0;
   Times times;
   std::clock_t begin = std::clock();
   FeedRecording(recording, &estimator, [&](const Estimator&, const ImageResult& row) {
-    times.Add(static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
+    const double took = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+    longest = std::max(longest, took);
+    if (std::exchange(segment, row.report.segment) != row.report.segment) estimates = 0;
+    if (row.report.state && ++estimates > kFull) times.Add(took);
     seconds += row.seconds;
     const Vec3 p = StateAt(recording.truth, row.t)->T_W_B.p;
     distance += (p - std::exchange(last, p)).norm();
@@ -112,8 +115,7 @@ void Endure(const Recording& recording, const EnduranceOptions& options, std::un
     if (++frame % options.sample_every == 0) {
       rows->push_back({name, frame, row.t, distance, error, ResidentMegabytes(),
                        1e3 * std::exchange(seconds, 0.0) / options.sample_every, times.Milliseconds(0.5),
-                       times.Milliseconds(0.99), times.Milliseconds(0.999), times.Milliseconds(1.0),
-                       estimator.Restarts()});
+                       times.Milliseconds(0.99), times.Milliseconds(0.999), 1e3 * longest, estimator.Restarts()});
       if (progress) progress(name, static_cast<double>(frame) / static_cast<double>(recording.images.size()));
     }
     begin = std::clock();  // the looking is not the estimator's

@@ -24,9 +24,12 @@ struct EnduranceRow {
   double distance = 0.0;  ///< length of the path so far [m]
   double error =
       0.0;  ///< of the position, aligned with the truth over the first minute; NaN before, and without an estimate [m]
-  double resident_mb = 0.0;                            ///< memory of the process; NaN where unknown
-  double milliseconds = 0.0;                           ///< per image, mean since the previous row
-  double p50 = 0.0, p99 = 0.0, p999 = 0.0, max = 0.0;  ///< of all images so far, on the processor, to 1 % [ms]
+  double resident_mb = 0.0;   ///< memory of the process; NaN where unknown
+  double milliseconds = 0.0;  ///< per image, mean since the previous row
+  /// On the processor, of the images so far whose window is full, the tenth after a start and later, to 1 %; NaN of none
+  /// [ms].
+  double p50 = 0.0, p99 = 0.0, p999 = 0.0;
+  double max = 0.0;  ///< of all images so far, those of a start included [ms]
   int restarts = 0;
 };
 
