@@ -39,6 +39,12 @@ class ById {
     return Read(item.Id(), [&](size_t k) { return items_[k].get() == &item; });
   }
 
+  /// Its place in All(), in which it must be.
+  size_t PositionOf(const T& item) const {
+    All();
+    return Position(item.Id());
+  }
+
   /// The id must be free. Mostly it is the last.
   void Insert(std::shared_ptr<T> item, int id) {
     const size_t k = Position(id);

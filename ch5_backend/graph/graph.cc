@@ -214,12 +214,11 @@ double Cost(const std::vector<std::shared_ptr<Edge>>& edges) {
 
 std::vector<std::shared_ptr<Edge>> EdgesAt(const Graph& graph, const std::vector<std::shared_ptr<Vertex>>& vertices) {
   std::vector<std::shared_ptr<Edge>> edges;
-  if (graph.Vertices().empty()) return edges;
-  Array<char> wanted(static_cast<size_t>(graph.Vertices().back()->Id()) + 1, false);  // by id
+  Array<char> wanted(graph.Vertices().size(), false);
   for (const auto& vertex : vertices) {
-    if (vertex && graph.Contains(*vertex)) wanted[static_cast<size_t>(vertex->Id())] = true;
+    if (vertex && graph.Contains(*vertex)) wanted[graph.PositionOf(*vertex)] = true;
   }
-  const auto is_wanted = [&](const auto& vertex) { return wanted[static_cast<size_t>(vertex->Id())]; };
+  const auto is_wanted = [&](const auto& vertex) { return wanted[graph.PositionOf(*vertex)]; };
   Array<const std::shared_ptr<Edge>*> found;  // then one call takes the memory of all
   for (const auto& edge : graph.Edges()) {
     if (std::any_of(edge->Vertices().begin(), edge->Vertices().end(), is_wanted)) found.push_back(&edge);

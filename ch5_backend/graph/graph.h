@@ -95,6 +95,11 @@ class Graph {
   bool Contains(const Vertex& vertex) const;
   bool Contains(const Edge& edge) const;
 
+  /// The place among Vertices() or Edges() of one that is in the graph, good until the graph changes. A table of what is known
+  /// of each goes by it: ids may be as large as int.
+  size_t PositionOf(const Vertex& vertex) const { return vertices_.PositionOf(vertex); }
+  size_t PositionOf(const Edge& edge) const { return edges_.PositionOf(edge); }
+
  private:
   /// What Push saves of a vertex.
   struct State {

@@ -19,7 +19,7 @@ Mat33 ProjectToSO3(const Mat33& A) {
 
 // R_j − R_i R_ij, transposed, is one linear problem with three right-hand sides:  R_jᵀ − R_ijᵀ R_iᵀ.
 void PlaceRotations(const std::vector<Edge*>& edges, const std::vector<bool>& is_held, Graph* graph, int threads) {
-  LinearShift<3, 3> relaxed(edges, is_held);
+  LinearShift<3, 3> relaxed(*graph, edges, is_held);
   const auto R_T = [](const Edge& edge, size_t end) {
     return Mat33(PoseOf(*edge.Vertices()[end])->q.conjugate().toRotationMatrix());
   };
@@ -41,7 +41,7 @@ void PlaceRotations(const std::vector<Edge*>& edges, const std::vector<bool>& is
 
 // The residual is linear in positions:  r + J_i δ_i + J_j δ_j,  exactly.
 void PlacePositions(const std::vector<Edge*>& edges, const std::vector<bool>& is_held, Graph* graph, int threads) {
-  LinearShift<3> linear(edges, is_held);
+  LinearShift<3> linear(*graph, edges, is_held);
   for (Edge* edge : edges) {
     edge->Linearize();
     linear.Add<6>(*edge, edge->Residual(), edge->Jacobian(0).leftCols<3>(), edge->Jacobian(1).leftCols<3>(),
@@ -69,8 +69,8 @@ std::vector<Edge*> EdgesOfSize(int size, const Graph& graph) {
 void PlaceByChordalRelaxation(Graph* graph, int threads) {
   if (graph->Vertices().empty()) return;
   PlaceAlongTree(TreeOrder::kBreadthFirst, graph);
-  std::vector<bool> is_held(graph->Vertices().back()->Id() + 1, false);
-  for (const auto& root : FindRoots(*graph)) is_held[root->Id()] = true;
+  std::vector<bool> is_held(graph->Vertices().size(), false);
+  for (const auto& root : FindRoots(*graph)) is_held[graph->PositionOf(*root)] = true;
   if (const std::vector<Edge*> edges = EdgesOfSize(6, *graph); !edges.empty()) {
     PlaceRotations(edges, is_held, graph, threads);
     PlacePositions(edges, is_held, graph, threads);

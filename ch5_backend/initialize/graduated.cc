@@ -71,10 +71,10 @@ double Chi2OfNeighbor(const Edge& loop, const Transform& predicted) {
 double ShareOfLimit(const std::vector<LoopVerdict>& loops, const Graph& graph) {
   constexpr double kTail = 15.0, kLeast = 1e-6;
   constexpr size_t kFewest = 20;
-  const auto place = NumberPoses(graph);
+  const std::vector<int> number = NumberPoses(graph);
   std::map<std::pair<int, int>, Transform> steps;  // T_i_j of neighbors, in both directions
   const auto ends = [&](const Edge& edge) {
-    return std::pair(place[edge.Vertices()[0]->Id()], place[edge.Vertices()[1]->Id()]);
+    return std::pair(number[graph.PositionOf(*edge.Vertices()[0])], number[graph.PositionOf(*edge.Vertices()[1])]);
   };
   for (const auto& edge : graph.Edges()) {
     const auto T_i_j = MeasurementOf(*edge);

@@ -16,9 +16,8 @@ using EdgePointer = std::shared_ptr<Edge>;
 class Walk {
  public:
   explicit Walk(Graph* graph) : graph_(*graph) {
-    is_placed_.resize(graph->Vertices().empty() ? 0 : graph->Vertices().back()->Id() + 1, false);
-    missing_.resize(graph->Edges().empty() ? 0 : graph->Edges().back()->Id() + 1);
-    for (const EdgePointer& edge : graph->Edges()) missing_[edge->Id()] = edge->Vertices().size();
+    is_placed_.resize(graph->Vertices().size(), false);
+    for (const EdgePointer& edge : graph->Edges()) missing_.push_back(edge->Vertices().size());
     for (const auto& vertex : graph->Vertices()) {
       if (vertex->IsFixed()) Take(vertex);
     }
@@ -41,10 +40,10 @@ class Walk {
 
  private:
   void Take(const std::shared_ptr<Vertex>& vertex) {
-    is_placed_[vertex->Id()] = true;
+    is_placed_[graph_.PositionOf(*vertex)] = true;
     placed_.push_back(vertex);
     for (const EdgePointer& edge : graph_.EdgesOf(*vertex)) {
-      if (--missing_[edge->Id()] == 0) edges_.push_back(edge);
+      if (--missing_[graph_.PositionOf(*edge)] == 0) edges_.push_back(edge);
     }
   }
 
@@ -55,7 +54,7 @@ class Walk {
       if (!T_i_j) continue;
       const bool is_second = edge->Vertices()[1] == pose;
       const Vertex& other = *edge->Vertices()[is_second ? 0 : 1];
-      if (!is_placed_[other.Id()] || other.Id() <= last) continue;
+      if (!is_placed_[graph_.PositionOf(other)] || other.Id() <= last) continue;
       last = other.Id();
       MoveTo(*PoseOf(other) * (is_second ? *T_i_j : Inverse(*T_i_j)), pose.get());
     }
@@ -66,15 +65,15 @@ class Walk {
     for (const EdgePointer& edge : graph_.EdgesOf(pose)) {
       if (MeasurementOf(*edge) || edge->Vertices().size() < 2) continue;
       const std::shared_ptr<Vertex>& landmark = edge->Vertices()[1];
-      if (is_placed_[landmark->Id()] || edge->Vertices()[0].get() != &pose) continue;
+      if (is_placed_[graph_.PositionOf(*landmark)] || edge->Vertices()[0].get() != &pose) continue;
       PlaceLandmark({edge}, landmark.get());
       Take(landmark);
     }
   }
 
   Graph& graph_;
-  std::vector<bool> is_placed_;  // by id
-  std::vector<size_t> missing_;  // of each edge by id, vertices that are not placed
+  std::vector<bool> is_placed_;  // of each of the graph's vertices
+  std::vector<size_t> missing_;  // of each of its edges: vertices that are not placed
   std::vector<EdgePointer> edges_;
   std::vector<std::shared_ptr<Vertex>> placed_;
 };

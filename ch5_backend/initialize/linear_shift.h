@@ -18,16 +18,16 @@ class LinearShift {
  public:
   using Shift = Eigen::Matrix<double, D, K>;
 
-  /// @param edges    of two poses each;  @param is_held  by the poses' ids
-  LinearShift(const std::vector<Edge*>& edges, const std::vector<bool>& is_held) : number_(is_held.size(), kHeld) {
+  /// @param edges    of two poses each;  @param is_held  of each of the graph's vertices
+  LinearShift(const Graph& graph, const std::vector<Edge*>& edges, const std::vector<bool>& is_held)
+      : graph_(graph), number_(is_held.size(), kHeld) {
     int count = 0;
     std::vector<std::vector<int>> rows;
     for (const Edge* edge : edges) {
       for (const auto& vertex : edge->Vertices()) {
-        int& number = number_[vertex->Id()];
-        if (number != kHeld || is_held[vertex->Id()]) continue;
-        number = count++;
-        rows.push_back({number});
+        const size_t position = graph.PositionOf(*vertex);
+        if (number_[position] != kHeld || is_held[position]) continue;
+        rows.push_back({number_[position] = count++});
       }
       const auto [first, second] = std::minmax({Number(*edge, 0), Number(*edge, 1)});
       if (first != kHeld && first != second) rows[first].push_back(second);
@@ -84,7 +84,7 @@ class LinearShift {
 
   /// δ of a pose; zero if it is held or has no edge here.
   Shift Of(const Vertex& vertex) const {
-    const int number = number_[vertex.Id()];
+    const int number = number_[graph_.PositionOf(vertex)];
     return number == kHeld ? Shift::Zero().eval() : delta_.template middleRows<D>(D * number).eval();
   }
 
@@ -92,10 +92,11 @@ class LinearShift {
   static constexpr int kHeld = -1;
   using BlockMap = Eigen::Map<Eigen::Matrix<double, D, D>, 0, Eigen::OuterStride<>>;
 
-  int Number(const Edge& edge, size_t end) const { return number_[edge.Vertices()[end]->Id()]; }
+  int Number(const Edge& edge, size_t end) const { return number_[graph_.PositionOf(*edge.Vertices()[end])]; }
   BlockMap Block(int i, int j) { return BlockMap(H_.Values(H_.Find(i, j)), Eigen::OuterStride<>(Stride(D))); }
 
-  std::vector<int> number_;  // by the poses' ids
+  const Graph& graph_;
+  std::vector<int> number_;  // of each of the graph's vertices
   SymmetricBlockMatrix H_;
   Eigen::Matrix<double, Eigen::Dynamic, K> b_, delta_;
 };

@@ -9,7 +9,7 @@ namespace {
 using Mat11 = Eigen::Matrix<double, 1, 1>;
 
 void PlaceAngles(const std::vector<Edge*>& edges, const std::vector<bool>& is_held, Graph* graph, int threads) {
-  LinearShift<1> linear(edges, is_held);
+  LinearShift<1> linear(*graph, edges, is_held);
   for (Edge* edge : edges) {
     edge->ComputeResidual();
     linear.Add<1>(*edge, Mat11(edge->Residual()[2]), Mat11(-1.0), Mat11(1.0), Mat11(edge->Information()(2, 2)));
@@ -23,7 +23,7 @@ void PlaceAngles(const std::vector<Edge*>& edges, const std::vector<bool>& is_he
 
 //   ∂r/∂θ_i = R_zᵀ [y, −x]ᵀ of [x, y]ᵀ = p_z, else as in EdgeSE2Between::ComputeJacobians
 void PlacePoses(const std::vector<Edge*>& edges, const std::vector<bool>& is_held, Graph* graph, int threads) {
-  LinearShift<3> linear(edges, is_held);
+  LinearShift<3> linear(*graph, edges, is_held);
   for (Edge* edge : edges) {
     edge->Linearize();
     const auto& between = static_cast<const EdgeSE2Between&>(*edge);

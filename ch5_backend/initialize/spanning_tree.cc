@@ -18,18 +18,18 @@ struct Step {
   const Edge* edge;
 };
 
-// The steps from each pose, by its id.
+// The steps from each pose, by its place among the graph's vertices.
 std::vector<std::vector<Step>> FindSteps(const Graph& graph) {
-  const auto& vertices = graph.Vertices();
-  std::vector<std::vector<Step>> steps(vertices.empty() ? 0 : vertices.back()->Id() + 1);
-  const auto place = NumberPoses(graph);
+  std::vector<std::vector<Step>> steps(graph.Vertices().size());
+  const std::vector<int> number = NumberPoses(graph);
   for (const auto& edge : graph.Edges()) {
     const std::optional<Transform> T_i_j = MeasurementOf(*edge);
     if (!T_i_j) continue;
     const VertexPointer &i = edge->Vertices()[0], &j = edge->Vertices()[1];
-    const bool is_odometry = std::abs(place[j->Id()] - place[i->Id()]) == 1;
-    steps[i->Id()].push_back({i, j, *T_i_j, is_odometry, edge.get()});
-    steps[j->Id()].push_back({j, i, Inverse(*T_i_j), is_odometry, edge.get()});
+    const size_t from = graph.PositionOf(*i), to = graph.PositionOf(*j);
+    const bool is_odometry = std::abs(number[to] - number[from]) == 1;
+    steps[from].push_back({i, j, *T_i_j, is_odometry, edge.get()});
+    steps[to].push_back({j, i, Inverse(*T_i_j), is_odometry, edge.get()});
   }
   return steps;
 }
@@ -42,9 +42,9 @@ std::vector<VertexPointer> Walk(const Graph& graph, TreeOrder order, const std::
   std::vector<bool> visited(steps.size(), false);
   std::deque<const Step*> next;
   const auto visit = [&](const VertexPointer& vertex) {
-    visited[vertex->Id()] = true;
+    visited[graph.PositionOf(*vertex)] = true;
     int num_first = 0;  // of two measured steps between neighbors, the one that the file has first is odometry
-    for (const Step& step : steps[vertex->Id()]) {
+    for (const Step& step : steps[graph.PositionOf(*vertex)]) {
       const bool first = order == TreeOrder::kOdometryFirst && step.is_odometry;
       next.insert(first ? next.begin() + num_first++ : next.end(), &step);
     }
@@ -53,14 +53,15 @@ std::vector<VertexPointer> Walk(const Graph& graph, TreeOrder order, const std::
     while (!next.empty()) {
       const Step& step = *next.front();
       next.pop_front();
-      if (visited[step.to->Id()]) continue;
+      if (visited[graph.PositionOf(*step.to)]) continue;
       place(step);
       visit(step.to);
     }
   };
   std::vector<VertexPointer> roots;
   const auto begin_at = [&](const VertexPointer& vertex) {
-    if (visited[vertex->Id()] || steps[vertex->Id()].empty()) return;
+    const size_t position = graph.PositionOf(*vertex);
+    if (visited[position] || steps[position].empty()) return;
     roots.push_back(vertex);
     visit(vertex);
   };
@@ -78,12 +79,9 @@ std::vector<VertexPointer> Walk(const Graph& graph, TreeOrder order, const std::
 }  // namespace
 
 std::vector<int> NumberPoses(const Graph& graph) {
-  const auto& vertices = graph.Vertices();
-  std::vector<int> numbers(vertices.empty() ? 0 : vertices.back()->Id() + 1);
+  std::vector<int> numbers;
   int next = 0;
-  for (const VertexPointer& vertex : vertices) {
-    if (PoseOf(*vertex)) numbers[vertex->Id()] = next++;
-  }
+  for (const VertexPointer& vertex : graph.Vertices()) numbers.push_back(PoseOf(*vertex) ? next++ : next);
   return numbers;
 }
 

@@ -14,8 +14,8 @@
 
 namespace ch5 {
 
-/// By id the number of poses before each in the graph: those whose numbers follow each other are a path, landmarks between or
-/// not, which have none.
+/// The number of poses before each of the graph's vertices: those whose numbers follow each other are a path, landmarks between
+/// or not.
 std::vector<int> NumberPoses(const Graph& graph);
 
 /// kBreadthFirst takes the fewest edges from a root to each pose. kOdometryFirst takes all edges between poses that follow

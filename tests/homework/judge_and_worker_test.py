@@ -8,6 +8,7 @@ import time
 import unittest
 from pathlib import Path
 
+from ch5_backend.course.base.cmake_build import build_or_fail
 from ch5_backend.course.homework.regions import STAGES
 from tests.project import BUILD, ROOT, run
 
@@ -102,6 +103,7 @@ class UsualExpressions(unittest.TestCase):
     """ch5_homework/judge/remote/usual_expressions.h"""
 
     def test_a_submission_compiles_none_of_them_again(self):
+        build_or_fail(["homework_grader"])
         compiler = json.loads((BUILD / "grader" / "toolchain.json").read_text(encoding="utf-8"))["compile"][0]
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "step.cc"

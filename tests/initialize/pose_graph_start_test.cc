@@ -17,17 +17,19 @@ constexpr PoseGraphStart kMade[] = {PoseGraphStart::kOdometry, PoseGraphStart::k
 // Poses whose truth is known, all at the origin at first, and measurements between them.
 struct Scene {
   bool spatial;
+  int apart;  ///< ids
   Graph graph;
   std::vector<Transform> truth;
 
-  explicit Scene(bool spatial) : spatial(spatial) {}
+  explicit Scene(bool spatial, int apart = 1) : spatial(spatial), apart(apart) {}
 
   void AddPose(const Transform& T_W_i) {
+    const int id = apart * static_cast<int>(truth.size());
     truth.push_back(T_W_i);
     if (spatial) {
-      graph.AddVertex(std::make_shared<VertexPose>());
+      graph.AddVertex(std::make_shared<VertexPose>(), id);
     } else {
-      graph.AddVertex(std::make_shared<VertexSE2>());
+      graph.AddVertex(std::make_shared<VertexSE2>(), id);
     }
   }
 
@@ -44,7 +46,7 @@ struct Scene {
                                               std::static_pointer_cast<VertexSE2>(w), T_i_j.p.head<2>(),
                                               LogSO3(T_i_j.q).z());
     }
-    graph.AddEdge(edge);
+    graph.AddEdge(edge, apart * static_cast<int>(graph.Edges().size()));
     return *edge;
   }
 
@@ -100,6 +102,24 @@ TEST(PoseGraphStart, PerfectMeasurementsGiveBackTheTruth) {
       scene.Hold(33);
       InitializePoseGraph(start, &scene.graph);
       EXPECT_LT(scene.WorstError(), 1e-6) << spatial << static_cast<int>(start);
+    }
+  }
+}
+
+// A table of all ids up to the last would take gigabytes.
+TEST(PoseGraphStart, IdsMayBeFarApart) {
+  for (const bool spatial : {true, false}) {
+    for (const auto& [name, start] : kPoseGraphStartNames) {
+      Scene near(spatial), far(spatial, 15'000'000);
+      for (Scene* scene : {&near, &far}) {
+        MakeWalk(60, 0.1, 53, scene);
+        scene->Hold(0);
+        InitializePoseGraph(start, &scene->graph);
+      }
+      for (size_t k = 0; k < near.truth.size(); ++k) {
+        EXPECT_EQ(near.graph.Vertices()[k]->Parameters(), far.graph.Vertices()[k]->Parameters()) << name << ", " << k;
+      }
+      EXPECT_EQ(EdgesAt(far.graph, {far.graph.Vertices()[30]}).size(), 4u);
     }
   }
 }
