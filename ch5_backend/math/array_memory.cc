@@ -16,8 +16,11 @@ constexpr size_t kKeptSizes = 13;       // 64 bytes, 128, …, 256 KB
 constexpr size_t kKeptBytes = 1 << 20;  // at most, of each size
 
 // A sanitizer sees each array come and go.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || defined(FUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION)
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)  // GCC
 constexpr bool kKeepsNone = true;
+#elif defined(__has_feature)  // Clang
+constexpr bool kKeepsNone =
+    __has_feature(address_sanitizer) || __has_feature(thread_sanitizer) || __has_feature(memory_sanitizer);
 #else
 constexpr bool kKeepsNone = false;
 #endif
