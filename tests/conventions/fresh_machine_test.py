@@ -1,6 +1,7 @@
 """./course on machines that lack something, played with a PATH that holds only what such a machine has."""
 
 import os
+import re
 import shlex
 import shutil
 
@@ -115,6 +116,20 @@ class FreshMachine(FolderTest):
         self.apt(self.installing())
         self.assertIn(FAILURE, self.course(*WORK).stderr)
         self.assertIn("sudo env DEBIAN_FRONTEND=noninteractive apt-get", self.calls())
+
+    def test_whatever_a_command_needs_is_there_before_tests_are_configured(self):
+        needs = re.findall(r"^(need_for_\w+)\(\) {\n(.*?)^}", (ROOT / "course").read_text(encoding="utf-8"), re.M | re.S)
+        extras = (ROOT / "course").read_text(encoding="utf-8").partition("list_missing_extras() {")[2].partition("\n}")[0]
+        called = re.findall(r"need_for_\w+", extras)
+        called += [name for caller, body in needs if caller in called for name in re.findall(r"need_for_\w+", body)]
+        self.assertEqual({name for name, _ in needs} - set(called), {"need_for_lab"}, "its tests run by night, which installs it")
+
+    def test_a_pattern_of_several_tests_is_not_taken_for_one_suite(self):
+        self.user(1000)
+        for tool in COMMANDS:
+            self.tool(tool, "exit 1")
+        for word, asks in (("^Estimator", False), ("Estimator|^Grading", True), ("^Estimator|^Grading", True), ("Estimator", True)):
+            self.assertEqual("some tests need it" in self.course("test", word).stderr, asks, word)
 
     def test_fonts_that_have_been_installed_since_are_looked_for(self):
         (self.bin / "find").symlink_to(shutil.which("find"))
