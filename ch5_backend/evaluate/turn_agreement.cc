@@ -178,6 +178,96 @@ Correlation Correlate(const std::vector<Turn>& turns, const std::vector<ImuMeasu
                                                                      : Correlation{ab / std::sqrt(aa * bb), aa / bb};
 }
 
+struct PartDelay {
+  double t, delay, weight;
+};
+
+// The delay in each part of the recording where it is clear: the top of a parabola through the greatest correlation c and
+// those beside it. Of n turns it has the variance (1 − c²) / (n |c″|), and an error that many turns do not lessen.
+std::vector<PartDelay> DelaysOfParts(const std::vector<Turn>& turns, const std::vector<ImuMeasurement>& imu,
+                                     const Mat33& R_B_C) {
+  constexpr size_t kMostParts = 12, kTurns = 60;
+  constexpr double kClear = 0.8, kError = 3e-3;  // [s]
+  const size_t parts = std::min(kMostParts, turns.size() / kTurns);
+  std::vector<PartDelay> delays;
+  for (size_t part = 0; part < parts; ++part) {
+    const auto at = [&](size_t k) { return turns.begin() + static_cast<std::ptrdiff_t>(k * turns.size() / parts); };
+    const std::vector<Turn> some(at(part), at(part + 1));
+    std::vector<double> values;
+    for (int k = -kSteps; k <= kSteps; ++k) values.push_back(Correlate(some, imu, R_B_C, k * kStep).value);
+    const auto best = std::max_element(values.begin(), values.end());
+    if (*best < kClear || best == values.begin() || best + 1 == values.end()) continue;
+    const double slope = 0.5 * (best[1] - best[-1]), bend = 2.0 * *best - best[-1] - best[1];
+    const double variance = LeftVariance(*best) / (static_cast<double>(some.size()) * bend) * kStep * kStep;
+    delays.push_back({0.5 * (some.front().t0 + some.back().t1),
+                      (static_cast<double>(best - values.begin()) - kSteps + slope / bend) * kStep,
+                      1.0 / (variance + kError * kError)});
+  }
+  return delays;
+}
+
+// The image at whose stamp the delay changes: before it the turns are the gyroscope's after one delay, from it on after another.
+double TimeOfStep(const std::vector<Turn>& turns, const std::vector<ImuMeasurement>& imu, const Mat33& R_B_C,
+                  double delay_before, double delay_after) {
+  const auto error = [&](const Turn& turn, double delay) {
+    const auto rate = MeanRate(imu, turn.t0 + delay, turn.t1 + delay);
+    return rate ? (R_B_C * turn.rate - *rate).squaredNorm() : 0.0;
+  };
+  double sum = 0.0, least = 0.0, t = turns.front().t0;
+  for (const Turn& turn : turns) {
+    sum += error(turn, delay_before) - error(turn, delay_after);
+    if (sum < least) least = sum, t = turn.t1;
+  }
+  return t;
+}
+
+// A line through the parts' delays by least squares, or two levels if these fit them far better.
+std::optional<DelayChange> ChangeOfDelay(const std::vector<Turn>& turns, const std::vector<ImuMeasurement>& imu,
+                                         const Mat33& R_B_C) {
+  constexpr size_t kFewest = 4;
+  constexpr double kSigmas = 6.0;   // the rate is at most 1.5 of its σ in recordings that are in order
+  constexpr double kLeast = 0.015;  // of the delay's change [s]
+  constexpr double kTimesBetter = 4.0;
+  const std::vector<PartDelay> parts = DelaysOfParts(turns, imu, R_B_C);
+  const size_t n = parts.size();
+  if (n < kFewest) return std::nullopt;
+  const auto sum = [&](size_t first, size_t last, const auto& value) {
+    double all = 0.0;
+    for (size_t k = first; k < last; ++k) all += parts[k].weight * value(parts[k]);
+    return all;
+  };
+  const auto weight = [&](size_t first, size_t last) { return sum(first, last, [](const PartDelay&) { return 1.0; }); };
+  const auto mean = [&](size_t first, size_t last) {
+    return sum(first, last, [](const PartDelay& part) { return part.delay; }) / weight(first, last);
+  };
+  const double t = sum(0, n, [](const PartDelay&part) { return part.t; }) / weight(0, n), delay = mean(0, n);
+  const auto squares = [&](size_t first, size_t last, double level, double rate) {
+    return sum(first, last,
+               [&](const PartDelay& part) { return std::pow(part.delay - level - rate * (part.t - t), 2); });
+  };
+  const double scatter = sum(0, n, [&](const PartDelay& part) { return std::pow(part.t - t, 2); });
+  const double rate = sum(0, n, [&](const PartDelay& part) { return part.delay * (part.t - t); }) / scatter;
+  const double left = squares(0, n, delay, rate);
+  const auto scale = [&](double chi2) { return std::max(1.0, std::sqrt(chi2 / static_cast<double>(n - 2))); };
+  DelayChange step;
+  double left_by_step = left / kTimesBetter;
+  for (size_t k = 2; k + 2 <= n; ++k) {
+    const double before = mean(0, k), after = mean(k, n), now = squares(0, k, before, 0.0) + squares(k, n, after, 0.0);
+    if (now >= left_by_step) continue;
+    left_by_step = now;
+    step.step = after - before;
+    step.delay = after;
+    step.sigma = scale(now) * std::sqrt(1.0 / weight(0, k) + 1.0 / weight(k, n));
+  }
+  if (std::abs(step.step) > std::max(kLeast, kSigmas * step.sigma)) {
+    step.t = TimeOfStep(turns, imu, R_B_C, step.delay - step.step, step.delay);
+    return step;
+  }
+  const double sigma = scale(left) / std::sqrt(scatter), change = std::abs(rate) * (parts.back().t - parts.front().t);
+  if (change < kLeast || std::abs(rate) < kSigmas * sigma) return std::nullopt;
+  return DelayChange{rate, 0.0, t, delay, sigma};
+}
+
 }  // namespace
 
 std::vector<Mat33> SignedPermutations() {
@@ -292,6 +382,7 @@ std::optional<TurnAgreement> CompareTurns(const Recording& recording) {
     const double correlation = correlate(R_B_C, delay);
     if (correlation > result.at_delay) result.at_delay = correlation, result.delay = delay;
   }
+  result.change = ChangeOfDelay(turns, recording.imu, R_B_C);
   return result;
 }
 

@@ -9,6 +9,15 @@
 
 namespace ch5 {
 
+/// How the delay of the camera's clock changes while a recording lasts: evenly, or at once.
+struct DelayChange {
+  double rate = 0.0;   ///< how much faster the IMU's clock runs than the camera's; 0 if the delay jumps
+  double step = 0.0;   ///< by how much it jumps [s]; 0 if the clocks run apart
+  double t = 0.0;      ///< the stamp of an image, from which on, or about which, …
+  double delay = 0.0;  ///< … it is this [s]
+  double sigma = 0.0;  ///< of the rate or the step
+};
+
 /// Correlations of the turns from image to image: 1 if both sensors agree, 0 if they have nothing in common.
 struct TurnAgreement {
   double as_given = 0.0;           ///< by the recording's time stamps and q_B_C
@@ -19,6 +28,7 @@ struct TurnAgreement {
   double delay = 0.0;              ///< within ±1 [s]; VINS-Mono's td
   double pairs = 0.0;              ///< of images that were compared, as if none overlapped
   double noise = 1.0;  ///< the variance of the images' turns over that of the gyroscope's, whatever the axes
+  std::optional<DelayChange> change;  ///< if it is certain
 };
 
 /// The 48 ways of naming and directing three axes, the given one first.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "ch5_backend/math/median.h"
 #include "ch5_backend/math/parallel.h"
 
 namespace ch5 {
@@ -29,7 +30,42 @@ std::vector<double> Estimates(const Recording& recording, const EstimatorOptions
   return {offsets[n / 2], offsets[3 * n / 4], offsets[n - 1]};
 }
 
+// Moves back what follows the longest gap near t, if that is half a jump or more. A gap of about a jump tells it exactly.
+template <typename Stamped>
+bool CloseGap(double t, double jump, std::vector<Stamped>* sequence) {
+  constexpr double kNear = 1.0, kAlike = 1.2;  // [s]; times the jump
+  std::vector<double> steps;
+  for (size_t k = 1; k < sequence->size(); ++k) steps.push_back((*sequence)[k].t - (*sequence)[k - 1].t);
+  const double usual = Median(steps);
+  double gap = 0.5 * jump;
+  size_t after = sequence->size();
+  for (size_t k = 1; k < sequence->size(); ++k)
+    if (std::abs((*sequence)[k].t - t) < kNear + jump && steps[k - 1] - usual > gap)
+      gap = steps[k - 1] - usual, after = k;
+  if (after == sequence->size()) return false;
+  const double back = gap < kAlike * jump ? gap : jump;
+  for (; after < sequence->size(); ++after) (*sequence)[after].t -= back;
+  return true;
+}
+
+template <typename Stamped>
+void MoveAhead(double from, double by, std::vector<Stamped>* sequence) {
+  for (Stamped& m : *sequence)
+    if (m.t >= from) m.t += by;
+}
+
 }  // namespace
+
+void EvenOut(const DelayChange& change, Recording* recording) {
+  const double jump = std::abs(change.step);
+  const double begin = recording->imu.front().t;
+  for (ImuMeasurement& m : recording->imu) m.t = begin + (m.t - begin) / (1.0 + change.rate);
+  if (change.step > 0.0 && !CloseGap(change.t, jump, &recording->imu)) {
+    MoveAhead(change.t, jump, &recording->images);
+  } else if (change.step < 0.0 && !CloseGap(change.t, jump, &recording->images)) {
+    MoveAhead(change.t + change.delay, jump, &recording->imu);
+  }
+}
 
 std::optional<ClockOffset> EstimateClockOffset(const Recording& recording, EstimatorOptions options, double guess) {
   options.calibration = recording.calibration;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "ch5_backend/evaluate/turn_agreement.h"
 #include "ch5_backend/experiments/studies/odometry.h"
 
 namespace ch5 {
@@ -19,6 +20,11 @@ struct ClockOffset {
 /// @param guess  where the estimates begin [s]
 /// @return nullopt if one of them does not start, restarts, or hardly leaves its guess
 std::optional<ClockOffset> EstimateClockOffset(const Recording& recording, EstimatorOptions options, double guess);
+
+/// Makes the delay of the camera's clock the same all along. Of clocks that run apart, the IMU's is set to the camera's. At a
+/// jump, the sensor whose stamps leave a gap moves back and closes it; if none does, stamps were lost, and the one that was
+/// behind moves ahead.
+void EvenOut(const DelayChange& change, Recording* recording);
 
 /// Whether an offset clearly exceeds its error.
 inline bool IsDecided(const ClockOffset& clock) { return std::abs(clock.offset) > 3.0 * clock.sigma; }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <iomanip>
+#include <map>
 #include <sstream>
 
 #include "ch5_backend/evaluate/turn_agreement.h"
@@ -21,7 +22,7 @@ struct Sensor {
   std::string name, unit;
   Reading reading;
   double ImuNoise::*density;
-  double least_rail;   // the smallest ranges are 125°/s and 2 g
+  double least_rail;   // the smallest ranges are 125°/s and 2 g; below, more is asked
   double least_spike;  // in 5 ms this spoils an estimate by 0.1° or 1 cm/s
 };
 const Sensor kSensors[] = {
@@ -96,12 +97,22 @@ void MarkStuck(const Readings& imu, const Sensor& sensor, std::vector<bool>* is_
   for (size_t i = 1; i < runs.size(); ++i) steps.push_back(step(runs[i].first));
   const double resolution = *std::min_element(steps.begin(), steps.end());
   const double least = std::max(kJump * Median(steps), 2.0 * resolution);
+  Vec3 least_of_all = imu[0].*sensor.reading, most_of_all = least_of_all;
+  for (const ImuMeasurement& m : imu) {
+    least_of_all = least_of_all.cwiseMin(m.*sensor.reading);
+    most_of_all = most_of_all.cwiseMax(m.*sensor.reading);
+  }
+  const auto is_at_rails = [&](const Vec3& x) {
+    return ((x.array() == least_of_all.array()) || (x.array() == most_of_all.array())).all();
+  };
   const size_t fewest = std::max(kFewest, static_cast<size_t>(3.0 * HeldFor(imu, sensor.reading)));
   for (const auto& [first, length] : runs) {
     const double before = step(first), after = step(first + length);
     const bool is_zero = sensor.reading == &ImuMeasurement::acceleration && (imu[first].*sensor.reading).isZero(0.0) &&
                          (first == 0 || before > kLeastForce) && (first + length == imu.size() || after > kLeastForce);
-    if (!is_zero && (length < fewest || std::max(before, after) <= least)) continue;
+    const bool is_plausible =
+        length < fewest || std::max(before, after) <= least || is_at_rails(imu[first].*sensor.reading);
+    if (!is_zero && is_plausible) continue;
     const size_t kept = is_zero ? 0 : 1;
     std::fill_n(is_out->begin() + static_cast<std::ptrdiff_t>(first + kept), length - kept, true);
   }
@@ -113,13 +124,25 @@ struct Rail {
   double value = 0.0;
   std::vector<size_t> readings;
 };
-Rail FindRail(const Readings& imu, const Sensor& sensor, int axis, double sign) {
+Rail FindRail(const Readings& imu, const Sensor& sensor, int axis, double sign, bool is_sure) {
   constexpr double kNear = 0.97, kExact = 1e-5, kShare = 0.5;
-  constexpr size_t kFewest = 5;
+  // Where that is not at a sensor's range, ten times as many as share another value near: of a coarse one, many do.
+  constexpr double kTimes = 10.0, kUpper = 0.8, kFewestOthers = 3.0;
   const auto value = [&](size_t k) { return sign * (imu[k].*sensor.reading)[axis]; };
   double extreme = 0.0;
   for (size_t k = 0; k < imu.size(); ++k) extreme = std::max(extreme, value(k));
-  if (extreme < sensor.least_rail) return {};
+  if (extreme <= 0.0) return {};
+  double fewest = 5.0;
+  if (!is_sure || extreme < sensor.least_rail) {
+    std::map<double, double> counts;
+    for (size_t k = 0; k < imu.size(); ++k)
+      if (value(k) > kUpper * extreme) ++counts[value(k)];
+    const double most = counts.rbegin()->second, others = static_cast<double>(counts.size() - 1);
+    double all = 0.0;
+    for (const auto& [x, count] : counts) all += count;
+    if (others < kFewestOthers) return {};
+    fewest = std::max(fewest, kTimes * (all - most) / others);
+  }
   std::vector<size_t> near;
   for (size_t k = 0; k < imu.size(); ++k)
     if (value(k) > kNear * extreme) near.push_back(k);
@@ -132,9 +155,8 @@ Rail FindRail(const Readings& imu, const Sensor& sensor, int axis, double sign) 
     Rail rail{extreme, {}};
     std::copy_if(near.begin(), near.end(), std::back_inserter(rail.readings),
                  [&](size_t k) { return error(k) < kExact * extreme; });
-    if (rail.readings.size() >= kFewest &&
-        static_cast<double>(rail.readings.size()) > kShare * static_cast<double>(near.size()))
-      return rail;
+    const auto count = static_cast<double>(rail.readings.size());
+    if (count >= fewest && count > kShare * static_cast<double>(near.size())) return rail;
     Mat33 A = 1e-12 * Mat33::Identity();
     Vec3 b = Vec3::Zero();
     for (const size_t k : near) {
@@ -150,9 +172,12 @@ Rail FindRail(const Readings& imu, const Sensor& sensor, int axis, double sign) 
 // The readings at a rail, of which it warns.
 std::vector<size_t> CheckRails(const Readings& imu, const Sensor& sensor, RecordingWarnings* warnings) {
   std::vector<size_t> all;
-  for (int axis = 0; axis < 3 && IsNoisy(imu, sensor.reading); ++axis) {
-    Rail rail = FindRail(imu, sensor, axis, 1.0);
-    const Rail down = FindRail(imu, sensor, axis, -1.0);
+  const bool is_noisy = IsNoisy(imu, sensor.reading);
+  for (int axis = 0; axis < 3; ++axis) {
+    Rail rail = FindRail(imu, sensor, axis, 1.0, is_noisy);
+    const Rail down = FindRail(imu, sensor, axis, -1.0, is_noisy);
+    // Without noise, a motion may hold a rate; but hardly the same in both directions.
+    if (!is_noisy && (rail.readings.empty() || rail.value != down.value)) continue;
     rail.value = std::max(rail.value, down.value);
     rail.readings.insert(rail.readings.end(), down.readings.begin(), down.readings.end());
     if (rail.readings.empty()) continue;

@@ -144,11 +144,33 @@ RecordingWarning ClockWarning(const std::string& kind, const ClockOffset& clock)
           Join("the camera's stamps are ", shown, " ± ", std::lround(sigma), " ms ", of, " (corrected)")};
 }
 
+RecordingWarning DelayWarning(const DelayChange& change) {
+  if (change.step == 0.0) {
+    const double percent = 100.0 * change.rate, sigma = 100.0 * change.sigma;
+    return {"clock_rate", percent, sigma,
+            Join(std::setprecision(3), "the IMU's clock runs ", std::abs(percent), " ± ", sigma, " % ",
+                 percent > 0.0 ? "faster" : "slower", " than the camera's: its stamps are rescaled (corrected)")};
+  }
+  const double milliseconds = 1e3 * change.step, sigma = 1e3 * change.sigma;
+  return {"delay_jump",
+          milliseconds,
+          sigma,
+          Join("at ", change.t, " s the delay between camera and IMU jumps by ", std::lround(milliseconds), " ± ",
+               std::lround(sigma), " ms: one of their clocks was set, or stamps were lost (corrected)"),
+          "",
+          change.t};
+}
+
 }  // namespace
 
 void CheckTurns(OdometrySettings* settings, Recording* recording, bool seeks_cause, RecordingWarnings* warnings) {
   constexpr double kGood = 0.8, kGainOfAxes = 2.0;  // of the variance that is left
-  const auto turns = CompareTurns(*recording);
+  auto turns = CompareTurns(*recording);
+  if (turns && turns->change) {
+    warnings->push_back(DelayWarning(*turns->change));
+    EvenOut(*turns->change, recording);
+    turns = CompareTurns(*recording);
+  }
   if (!turns) return;
   const auto delay = ClearDelay(*turns);
   const double otherwise = std::max(turns->with_axes, turns->with_inverse);
