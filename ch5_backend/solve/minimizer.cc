@@ -192,6 +192,11 @@ class Run {
     }
     // So small a step is a linear one: the cost must follow its gradient, as far as rounding lets it be seen.
     if (step > 1e3 * kRounding * size && predicted > kVisible * cost_ && info_.gain_ratio < -0.5) {
+      if (ShorterStepLowersTheCost()) {
+        return Stop(Termination::kNoDecrease, "a step of |dx| = ", step,
+                    " is short beside states as large as |x| = ", size,
+                    " and yet too long: are a few of them far larger than the others?");
+      }
       return Stop(Termination::kNoDecrease, "a step of |dx| = ", step,
                   " raises the cost where the Jacobians say that it falls; CheckJacobians tells which are wrong");
     }
@@ -202,6 +207,17 @@ class Run {
                   "promises ", GreatestPromise(), " of ", cost_, "; CheckJacobians tells which Jacobians are wrong");
     }
     Stop(Termination::kStepConverged, "|dx| = ", step, " does not lower the cost any more");
+  }
+
+  // A step that is short beside a few huge states may be long for the others: then the Jacobians are right, and a part of it helps.
+  bool ShorterStepLowersTheCost() {
+    for (double share = 0.1; share > 1e-9; share *= 0.1) {
+      system_->UpdateStates(share * delta_x_);
+      const double cost = system_->Cost();
+      system_->RollbackStates();
+      if (cost < cost_) return true;
+    }
+    return false;
   }
 
   // How much the cost falls when each landmark is moved alone; 0 once that has become too little to be worth it.

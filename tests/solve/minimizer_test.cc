@@ -86,6 +86,18 @@ TEST(StopRules, EachEndsTheRunWhereItShould) {
   ExpectStop(Minimize(&bad_cost), Termination::kNotFinite, false);
 }
 
+// Where a tenth of the step lowers the cost, the Jacobians are right.
+TEST(StopRules, AStepThatIsShortOnlyBesideAFewHugeStatesBlamesNoJacobian) {
+  for (const double shorter : {9.0, 13.0}) {
+    ScriptedSystem system = OneUnknown(4.0, 6.0, {10.0, 13.0, shorter});
+    SolveOptions options = WithoutStopRules(Algorithm::kLevenbergMarquardt, 20);
+    options.step_tolerance = 1.0;  // ‖x‖ counts as 1, a step of 1.5 as short
+    const std::string message = Minimize(&system, options).message;
+    EXPECT_EQ(message.find("far larger than the others") != std::string::npos, shorter < 10.0) << message;
+    EXPECT_EQ(message.find("CheckJacobians") != std::string::npos, shorter > 10.0) << message;
+  }
+}
+
 // A point just before a camera costs 1e25 px² or 1e30: beside that 10 is nothing, but a promise of 36/8 is nearly half of it.
 TEST(StopRules, AStartFarAwayDoesNotPassForAMinimum) {
   for (const double first : {1e25, 1e30}) {
