@@ -213,11 +213,12 @@ class Reader {
   }
 
   // Angles in degrees are solved too, and lead to a wrong optimum. A pose's angle may count turns, so there its edges' steps
-  // tell; an edge's may only if the poses' do.
+  // tell; an edge's may only if the poses' do. If both are in degrees, they agree read either way: then the steps must speak for
+  // radians.
   void CheckAngles() const {
     constexpr double kDegree = M_PI / 180.0, kBetter = 0.5, kShare = 0.01;
     const auto is_beyond = [](double angle) { return std::abs(angle) > 2.0 * M_PI + 1e-3; };
-    std::vector<double> steps, steps_in_degrees, turns, turns_in_degrees;
+    std::vector<double> steps, steps_in_degrees, turns, turns_in_degrees, both_in_degrees;
     const Pending* first = nullptr;
     for (const Pending& edge : edges_) {
       if (edge.tag->name != std::string_view(kEdgeSE2)) continue;
@@ -232,6 +233,7 @@ class Reader {
       const double turn = angle_of_[j] - angle_of_[i];
       turns.push_back(std::abs(WrapAngle(turn - edge.numbers[2])));
       turns_in_degrees.push_back(std::abs(WrapAngle(turn - kDegree * edge.numbers[2])));
+      both_in_degrees.push_back(std::abs(WrapAngle(kDegree * (turn - edge.numbers[2]))));
     }
     const auto are_better = [&](const std::vector<double>& one, const std::vector<double>& other) {
       return file_.has_poses && !one.empty() && Median(one) < kBetter * Median(other);
@@ -246,7 +248,9 @@ class Reader {
     if (pose != angle_of_.end() && are_better(steps_in_degrees, steps))
       refuse(line_of_[static_cast<size_t>(pose - angle_of_.begin())], *pose);
     const bool are_many = static_cast<double>(turns.size()) > kShare * static_cast<double>(steps.size());
-    if (first && are_many && !are_better(turns, turns_in_degrees)) refuse(first->line, first->numbers[2]);
+    const bool speaks_for_radians = are_better(turns, both_in_degrees) || are_better(steps, steps_in_degrees);
+    if (first && are_many && !(are_better(turns, turns_in_degrees) && speaks_for_radians))
+      refuse(first->line, first->numbers[2]);
   }
 
   // Ids that follow each other are a path, whatever the order of the lines: g2o writes them as they lie in a hash table.

@@ -127,6 +127,9 @@ TEST_F(G2o, AnglesInDegreesAreRefused) {
   ExpectError(Ring(degrees, degrees, 0, "VERTEX2", "EDGE2"), 2, "the angle 30");
   const std::string both = se2(degrees, degrees, 0), edges = both.substr(both.find("EDGE"));
   ExpectError(edges, 1, "the angle 30");
+  std::string spot;  // turned on the spot, no step tells, and poses and edges agree
+  for (int i = 0; i < 4; ++i) spot += "VERTEX_SE2 " + std::to_string(i) + " 0 0 " + std::to_string(90 * i) + "\n";
+  ExpectError(spot + "EDGE_SE2 0 1 0 0 90 1 0 0 1 0 1\nEDGE_SE2 3 0 0 0 90 1 0 0 1 0 1\n", 5, "the angle 90");
   ExpectError("VERTEX3 0 1 2 3 0 0 90\n", 1, "VERTEX3: roll, pitch and yaw must be in radians, got 90");
   for (const int turns : {0, 1, 50}) EXPECT_NO_THROW(Read(se2(1, 1, turns))) << "an angle may count its turns";
   const std::string counted = "EDGE_SE2 3 2 -0.5 0.133975 " + std::to_string(-M_PI / 6 - 8 * M_PI) + " 1 0 0 1 0 1\n";
