@@ -26,6 +26,7 @@ class PoseGraphApp(AppTest):
         done = self.solve(good, "--out", self.out)
         self.assertEqual({path.name for path in self.out.iterdir()}, RESULTS)
         self.assertIn("pose 5 was held", done.stdout)
+        self.assertRegex(done.stdout, r"\n   0 .* - +- +- +0 +[\d.]+\n")  # no step has led there
 
         summary = self.summary()
         self.assertEqual((summary["problem"], summary["vertices"], summary["edges"]), ("good", "3", "3"))

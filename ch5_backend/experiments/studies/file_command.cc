@@ -16,11 +16,20 @@
 namespace ch5 {
 namespace {
 
+// A number that is missing, such as the step that led to the start, is "-".
+std::string Cell(int width, const char* format, double x) {
+  char number[32] = "-", cell[32];
+  if (!std::isnan(x)) std::snprintf(number, sizeof number, format, x);
+  std::snprintf(cell, sizeof cell, "%*s", width, number);
+  return cell;
+}
+
 void PrintIteration(const IterationInfo& info, double change) {
   if (info.iteration == 0)
     std::printf("iter           cost      change    gradient        step     gain    lambda  trials  seconds\n");
-  std::printf("%4d  %13.6e  %10.2e  %10.2e  %10.2e  %7.3f  %8.1e  %6d  %7.3f\n", info.iteration, info.cost, change,
-              info.gradient_max, info.step_norm, info.gain_ratio, info.lambda, info.trials, info.seconds);
+  std::printf("%4d  %13.6e  %10.2e  %10.2e  %s  %s  %s  %6d  %7.3f\n", info.iteration, info.cost, change,
+              info.gradient_max, Cell(10, "%.2e", info.step_norm).c_str(), Cell(7, "%.3f", info.gain_ratio).c_str(),
+              Cell(8, "%.1e", info.lambda).c_str(), info.trials, info.seconds);
   std::fflush(stdout);
 }
 
