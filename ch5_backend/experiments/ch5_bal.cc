@@ -1,10 +1,13 @@
 /// Solves a "Bundle Adjustment in the Large" file: ch5_bal FILE --out DIR.
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <vector>
 
 #include "ch5_backend/experiments/studies/bal_study.h"
 #include "ch5_backend/files/tables/text_writer.h"
+#include "ch5_backend/math/median.h"
 
 namespace {
 
@@ -20,6 +23,41 @@ constexpr char kUsage[] =
     "                   automatic (the default) begins with power-series for more than 400 cameras\n"
     "  --points NAME    how a step moves a point: ray (the default), along the ray from a camera, or xyz, by x + dx\n"
     "  --strict         a repeated observation is an error; without it, it is left out and counted\n";
+
+// A solution may begin or end at a focal length that no camera has, and still fit the pixels.
+void PrintDoubtsOfFocalLengths(const ch5::BalProblem& problem, const char* when) {
+  constexpr double kFar = 30.0;  // times the median or a part of it; phones' and telephoto lenses' are within
+  std::vector<double> sizes;
+  for (const ch5::Vec9& camera : problem.cameras) sizes.push_back(std::abs(camera[6]));
+  const double median = ch5::Median(sizes);
+  const auto is_doubtful = [&](const ch5::Vec9& x) { return !(x[6] > median / kFar && x[6] < median * kFar); };
+  const auto& cameras = problem.cameras;
+  const auto first = std::find_if(cameras.begin(), cameras.end(), is_doubtful);
+  if (first == cameras.end()) return;
+  const double f = (*first)[6];
+  std::printf("camera %td has the focal length %.4g px %s: %s (cameras like it: %td; the median is %.4g px)\n",
+              first - cameras.begin(), f, when,
+              f < 0.0    ? "negative, as if x and y of its pixels had the opposite sign"
+              : f == 0.0 ? "no camera has that"
+                         : "implausible beside the others",
+              std::count_if(first, cameras.end(), is_doubtful), median);
+}
+
+// One such pixel bends its camera until it fits, so that no residual tells afterwards.
+void PrintDoubtsOfPixels(const ch5::BalProblem& problem) {
+  constexpr double kFar = 10.0;  // times the median distance from the center; in public files at most 3.5
+  std::vector<double> radii;
+  for (const auto& observation : problem.observations) radii.push_back(observation.pixel.norm());
+  const double far = kFar * ch5::Median(radii);
+  const auto first = std::find_if(radii.begin(), radii.end(), [&](double r) { return r > far; });
+  if (first == radii.end()) return;
+  const auto& [camera, point, pixel] = problem.observations[first - radii.begin()];
+  std::printf(
+      "pixels more than %g times as far from the center as the median: %td, the first in line %d: "
+      "camera %d, point %d, (%.6g, %.6g)\n",
+      kFar, std::count_if(first, radii.end(), [&](double r) { return r > far; }), problem.lines[first - radii.begin()],
+      camera, point, pixel.x(), pixel.y());
+}
 
 // What is solved all the same, but hardly meant.
 void PrintDoubts(const ch5::BalProblem& problem) {
@@ -41,6 +79,8 @@ void PrintDoubts(const ch5::BalProblem& problem) {
   const auto turns = std::count_if(problem.cameras.begin(), problem.cameras.end(),
                                    [](const ch5::Vec9& camera) { return camera.head<3>().norm() > 2.0 * M_PI; });
   if (turns > 0) std::printf("cameras turned by more than a full turn: %td; BAL's rotations are in radians\n", turns);
+  PrintDoubtsOfPixels(problem);
+  PrintDoubtsOfFocalLengths(problem, "in the file");
 }
 
 void Run(const ch5::FileSolveOptions& options, ch5::BalPoints move, bool strict) {
@@ -59,8 +99,14 @@ void Run(const ch5::FileSolveOptions& options, ch5::BalPoints move, bool strict)
   char error[80];
   std::snprintf(error, sizeof error, ", mean error %.3f -> %.3f px", study.mean_error_before, study.mean_error_after);
   ch5::PrintSummary(study.summary, error);
+  if (10 * study.behind_before > static_cast<int>(problem.observations.size()))
+    std::printf(
+        "in %d observations the file has the point behind its camera: do points and cameras share one world, and "
+        "do R and t lead from it to the camera, which looks along -z?\n",
+        study.behind_before);
   if (study.behind_camera > 0)
     std::printf("in %d observations the point lies behind its camera\n", study.behind_camera);
+  PrintDoubtsOfFocalLengths(study.after, "in the result");
   if (!study.hint.empty()) std::printf("%s\n", study.hint.c_str());
 }
 

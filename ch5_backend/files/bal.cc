@@ -26,8 +26,8 @@ void RequireRoomFor(int cameras, int points, int observations, const TextReader&
 
 // Of a point that a camera sees twice, the first observation stays. In the order of points each
 // camera remembers its last observation: linear time.
-void LeaveOutRepetitions(const std::vector<int>& lines, const std::string& path, std::vector<LeftOut>* left_out,
-                         BalProblem* problem) {
+void LeaveOutRepetitions(const std::string& path, std::vector<LeftOut>* left_out, BalProblem* problem) {
+  std::vector<int>& lines = problem->lines;
   std::vector<BalObservation>& observations = problem->observations;
   const Lists by_point = ListByKey(static_cast<int>(observations.size()), static_cast<int>(problem->points.size()),
                                    [&](int i) { return observations[static_cast<size_t>(i)].point; });
@@ -47,9 +47,11 @@ void LeaveOutRepetitions(const std::vector<int>& lines, const std::string& path,
                     " is repeated: camera " + std::to_string(camera) + " saw point " + std::to_string(point) +
                     " in line " + std::to_string(lines[previous]) + " already");
   });
-  size_t i = 0;
-  const auto leaves = [&](const BalObservation&) { return is_repeated[i++]; };
-  observations.erase(std::remove_if(observations.begin(), observations.end(), leaves), observations.end());
+  size_t kept = 0;
+  for (size_t i = 0; i < observations.size(); ++i)
+    if (!is_repeated[i]) observations[kept] = observations[i], lines[kept++] = lines[i];
+  observations.resize(kept);
+  lines.resize(kept);
 }
 
 Qd Rotation(const Vec9& camera) { return ExpSO3(camera.head<3>()); }
@@ -133,13 +135,12 @@ BalProblem ReadBal(const std::string& path, std::vector<LeftOut>* left_out) {
   problem.observations.resize(static_cast<size_t>(observations));
   problem.cameras.resize(static_cast<size_t>(cameras));
   problem.points.resize(static_cast<size_t>(points));
-  std::vector<int> lines;  // of the observations
-  lines.reserve(problem.observations.size());
+  problem.lines.reserve(problem.observations.size());
   for (int i = 0; i < observations; ++i) {
     BalObservation& observation = problem.observations[static_cast<size_t>(i)];
     reader.BeginRecord("observation", i);
     observation.camera = reader.ReadInt("camera", 0, cameras - 1);
-    lines.push_back(reader.Line());
+    problem.lines.push_back(reader.Line());
     observation.point = reader.ReadInt("point", 0, points - 1);
     observation.pixel.x() = reader.ReadDouble("x");
     observation.pixel.y() = reader.ReadDouble("y");
@@ -156,7 +157,7 @@ BalProblem ReadBal(const std::string& path, std::vector<LeftOut>* left_out) {
   }
   reader.ExpectEnd();
   problem.unended = reader.UnendedLine();
-  LeaveOutRepetitions(lines, path, left_out, &problem);
+  LeaveOutRepetitions(path, left_out, &problem);
   return problem;
 }
 

@@ -85,10 +85,14 @@ class BalApp(AppTest):
         lines = self.solve(self.good, "--out", self.out).stdout.splitlines()
         few = "cameras that see fewer than five points, so that their nine unknowns are not all determined: 2"
         self.assertIn(few, lines)
-        self.assertFalse([line for line in lines if "--huber" in line or "no x is" in line or "fewer than two" in line])
+        self.assertFalse([line for line in lines if "--huber" in line or "no x is" in line or "fewer than two" in line or "focal" in line or "median" in line])
         for text, words in ((GOOD.replace("2 3 6", "2 4 6") + "1 2 3\n", "points that fewer than two cameras see, so that their distance is unknown: 1"),
                             (GOOD.replace("0 0.1 0 0", "0 6.3831853 0 0"), "cameras turned by more than a full turn: 1; BAL's rotations are in radians"),
-                            (re.sub(r"^([01] [012]) .*", r"\1 320 240", GOOD, count=6, flags=re.M), "no x is negative: BAL's pixels are counted")):
+                            (re.sub(r"^([01] [012]) .*", r"\1 320 240", GOOD, count=6, flags=re.M), "no x is negative: BAL's pixels are counted"),
+                            (GOOD.replace("0 0 25 50", "0 0 1e9 50"), "as the median: 1, the first in line 2: camera 0, point 0, (1e+09, 50)"),
+                            (GOOD.replace("-5 500", "-5 -500", 1), "camera 0 has the focal length -500 px in the file: negative"),
+                            (made_up().replace("\n500\n", "\n1e12\n", 1), "camera 0 has the focal length 1e+12 px in the file: implausible beside the others"),
+                            (GOOD.replace("0 -5", "0 5"), "in 6 observations the file has the point behind its camera")):
             self.assertIn(words, self.solve(self.write("doubtful.txt", text), "--out", self.out).stdout)
 
     def test_outliers_are_told_of_with_the_loss_that_limits_them(self):

@@ -61,6 +61,7 @@ BalStudy SolveBal(const BalProblem& problem, const FileSolveOptions& options, Ba
                                 ": the residual is not finite");
   }
   study.mean_error_before = MeanReprojectionError(bal.graph);
+  study.behind_before = static_cast<int>(EdgesOutOfDomain(bal.graph).size());
 
   FileSolveOptions suited = options;
   suited.solve.tau = bal.tau;
@@ -68,7 +69,8 @@ BalStudy SolveBal(const BalProblem& problem, const FileSolveOptions& options, Ba
   study.summary = SolveGraph(&bal.graph, suited);
   study.mean_error_after = MeanReprojectionError(bal.graph);
   study.behind_camera = static_cast<int>(EdgesOutOfDomain(bal.graph).size());
-  study.hint = HintAtHuber(bal.graph, options, {5.0, 0.65, 1.0});  // public files have at most 0.55 of the cost there
+  if (IsConverged(study.summary.termination) || study.summary.termination == Termination::kMaxIterations)
+    study.hint = HintAtHuber(bal.graph, options, {5.0, 0.65, 1.0});  // public files have at most 0.55 of the cost there
   ReadBack(bal, &study.after);
   return study;
 }

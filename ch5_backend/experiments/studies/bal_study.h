@@ -11,8 +11,9 @@ struct BalStudy {
   BalProblem before, after;
   double mean_error_before = 0.0;  ///< mean ‖r‖ over the observations [px]
   double mean_error_after = 0.0;
-  int behind_camera = 0;          ///< observations whose point has ended behind its camera
-  std::string hint;               ///< HintAtHuber
+  int behind_before = 0;  ///< observations whose point begins behind its camera
+  int behind_camera = 0;  ///< and has ended there
+  std::string hint;       ///< HintAtHuber, unless the solver failed: what is far off then need not be an outlier
   std::vector<LeftOut> left_out;  ///< by ReadBal
 };
 

@@ -20,7 +20,8 @@ struct BalProblem {
   std::vector<BalObservation> observations;
   std::vector<Vec9> cameras;
   std::vector<Vec3> points;
-  std::string unended;  ///< of TextReader::UnendedLine, if it is read from a file
+  std::string unended;     ///< of TextReader::UnendedLine, if it is read from a file
+  std::vector<int> lines;  ///< where each observation stands, if they are read from a file
 };
 
 }  // namespace ch5
