@@ -117,8 +117,11 @@ void Run(const ch5::PoseGraphOptions& options, const ch5::G2oOptions& reading) {
   PrintStart(study);
   ch5::SolveStartedPoseGraph(options, &graph.graph, &study);
   if (doubts.empty()) doubts = ch5::DoubtsOfMeasurements(graph);
-  if (doubts.empty()) doubts = ch5::DoubtOfInformation(graph.graph);
-  study.doubts = doubts;
+  if (doubts.empty()) {
+    doubts = ch5::DoubtOfInformation(graph.graph);
+    if (!doubts.empty() && !options.gnc && ch5::AreSomeLoopsFalse(options, reading)) doubts.clear();
+  }
+  study.doubts = doubts = ch5::DoubtOfZeroInformation(graph) + doubts;
   ch5::WritePoseGraphStudy(study, graph, options);
   for (const int64_t id : study.fixed_ids) {
     std::printf("pose %s was held: nothing in the file holds its part\n", std::to_string(id).c_str());
@@ -128,7 +131,7 @@ void Run(const ch5::PoseGraphOptions& options, const ch5::G2oOptions& reading) {
     std::printf("the file holds every pose, so nothing moves\n");
   ch5::PrintSummary(study.summary);
   std::fputs(doubts.c_str(), stdout);
-  std::string said = ch5::ReportOnLoops(options, study, graph.graph);
+  std::string said = ch5::ReportOnLoops(options, study, graph);
   if (said.empty() && !options.loss) said = ch5::HintAtHuber(graph.graph, options);
   if (!said.empty()) std::printf("%s\n", said.c_str());
 }

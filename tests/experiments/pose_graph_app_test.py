@@ -54,13 +54,14 @@ class PoseGraphApp(AppTest):
         noise = lambda k, axis: 0.1 * math.sin(7.1 * k + 2.3 * axis)
         edges = [(i, j, tuple(z + noise(k, axis) for axis, z in enumerate(between(i, j)))) for k, (i, j) in enumerate(ends)]
         scaled = lambda by: lambda i, j, z: (i, j, (by * z[0], by * z[1], z[2]))
-        def file(name, change=lambda i, j, z: (i, j, z), W=200):
-            rows = [f"VERTEX_SE2 {i} {at[i][0]} {at[i][1]} {turns[i]}" for i in range(40)]
+        def file(name, change=lambda i, j, z: (i, j, z), W=200, unit=1, W_xy=None):
+            rows = [f"VERTEX_SE2 {i} {unit * at[i][0]} {unit * at[i][1]} {turns[i]}" for i in range(40)]
             for i, j, z in edges:
                 i, j, z = change(i, j, z)
-                rows.append(f"EDGE_SE2 {i} {j} {z[0]} {z[1]} {z[2]} {W} 0 0 {W} 0 {W}")
+                rows.append(f"EDGE_SE2 {i} {j} {z[0]} {z[1]} {z[2]} {W_xy or W} 0 0 {W_xy or W} 0 {W}")
             return self.write(name + ".g2o", "\n".join(rows) + "\n")
         is_loop = lambda i, j: j > i + 1
+        false = file("false", lambda i, j, z: (i, j, (z[0] + 400 * (is_loop(i, j) and i % 4 == 0), *z[1:])))
         for name, path, said in (
                 ("right", file("right"), None),
                 ("millimeters", file("millimeters", scaled(1000)), "the first in line 41, have positions 1000 times"),
@@ -68,11 +69,21 @@ class PoseGraphApp(AppTest):
                 ("drift where a place is seen again", file("drift", lambda i, j, z: scaled(0.01 if (i, j) == (0, 7) else 1)(i, j, z)), None),
                 ("loops", file("loops", lambda i, j, z: scaled(1000 if is_loop(i, j) else 1)(i, j, z)), "line 80, have positions 1000 times"),
                 ("swapped", file("swapped", lambda i, j, z: (j, i, z) if is_loop(i, j) else (i, j, z)), "from the second pose to the first: exchange their two ids"),
-                ("covariance", file("covariance", W=1 / 200), "are the last numbers of the edges covariances?")):
+                ("covariance", file("covariance", W=1 / 200), "are the last numbers of the edges covariances?"),
+                ("covariance in mm²", file("mm", scaled(1000), 1 / 200, 1000, 5000), "are the last numbers of the edges covariances?"),
+                ("false loops", false, None), ("false loops, --gnc", false, None)):
             with self.subTest(name):
-                done = self.solve(path, "--out", self.out)
+                done = self.solve(path, "--out", self.out, *(["--gnc"] if "--gnc" in name else []))
                 self.assertEqual(self.summary()["doubts"], "1" if said else "0", done.stdout)
                 self.assertIn(said or "pose 0 was held", done.stdout)
+
+    def test_an_edge_of_zero_information_connects_nothing_and_is_named(self):
+        for last, parts in (("", True), (f"EDGE_SE2 5 7 1 0 2 {UNIT}\n", False)):
+            path = self.write("zero.g2o", "".join(GOOD.splitlines(True)[:5]) + "EDGE_SE2 6 7 1 0 2.1 0 0 0 0 0 0\n" + last)
+            done = self.solve(path, "--out", self.out)
+            self.assertIn("edges whose information is zero, so that they hold nothing: 1, the first in line 6\n", done.stdout)
+            for words in ("line 6: the information is zero, and no other edge connects its two ends", "pose 7 was held"):
+                self.assertEqual(words in done.stdout, parts)
 
     def test_a_tag_that_is_not_known_is_refused_or_left_out_and_said(self):
         path = self.write("cheese.g2o", GOOD.replace("# a comment", "SENSOR_CHEESE 1 2 3"))

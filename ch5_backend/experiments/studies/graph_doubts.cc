@@ -114,11 +114,36 @@ std::string DoubtsOfMeasurements(const G2oFile& file) {
   }
 }
 
+std::string DoubtOfZeroInformation(const G2oFile& file) {
+  std::map<int, const Edge*> edges;
+  for (const auto& edge : file.graph.Edges())
+    if (edge->Information().isZero(0.0)) edges[edge->Id()] = edge.get();
+  if (edges.empty()) return "";
+  const std::vector<int> part = PartsOf(file.graph);
+  std::ostringstream text;
+  for (const G2oFile::Line& line : file.lines) {
+    const auto found = line.kind == G2oFile::Kind::kEdge ? edges.find(line.index) : edges.end();
+    if (found == edges.end()) continue;
+    const auto& ends = found->second->Vertices();
+    if (text.tellp() == 0) {
+      text << "edges whose information is zero, so that they hold nothing: " << edges.size() << ", the first in line "
+           << line.number << "\n";
+    }
+    const bool is_prior = static_cast<size_t>(ends[0]->Id()) >= file.ids.size();
+    if (is_prior || part[ends[0]->Id()] == part[ends[1]->Id()]) continue;
+    text << "line " << line.number << ": the information is zero, and no other edge connects its two ends: the graph "
+         << "falls into parts there\n";
+    break;
+  }
+  return text.str();
+}
+
 std::string DoubtOfInformation(const Graph& graph) {
   constexpr double kOff = 100.0, kMost = 300.0, kFewest = 20.0;
   double chi2 = 0.0, chi2_of_inverse = 0.0, degrees = 0.0;
   for (const auto& vertex : graph.Vertices()) degrees -= vertex->IsFixed() ? 0.0 : vertex->LocalDimension();
   for (const auto& edge : graph.Edges()) {
+    if (edge->Level() != 0) continue;  // a loop that was given up
     edge->ComputeResidual();
     const VecX r = edge->Residual();
     const MatXX W = edge->Information();

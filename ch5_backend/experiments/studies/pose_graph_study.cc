@@ -34,10 +34,18 @@ size_t CountClose(const std::vector<LoopVerdict>& loops) {
   return std::count_if(loops.begin(), loops.end(), [](const LoopVerdict& loop) { return loop.IsClose(); });
 }
 
-double LargestChi2(const std::vector<LoopVerdict>& loops) {
-  double largest = 0.0;
-  for (const LoopVerdict& loop : loops) largest = std::max(largest, loop.chi2);
-  return largest;
+// " 3-412 with rᵀWr of 95, …": the poses that the loops farthest off connect.
+std::string Farthest(std::vector<LoopVerdict> loops, const G2oFile& file) {
+  const auto count = static_cast<std::ptrdiff_t>(std::min<size_t>(3, CountFalse(loops)));
+  std::partial_sort(loops.begin(), loops.begin() + count, loops.end(),
+                    [](const auto& a, const auto& b) { return a.chi2 > b.chi2; });
+  std::ostringstream text;
+  for (std::ptrdiff_t k = 0; k < count; ++k) {
+    const auto& ends = loops[k].edge->Vertices();
+    text << (k ? ", " : " ") << file.ids[ends[0]->Id()] << "-" << file.ids[ends[1]->Id()] << " with rᵀWr of "
+         << loops[k].chi2;
+  }
+  return text.str();
 }
 
 std::shared_ptr<const LossFunction> MakeLoss(LoopLoss loss, double scale) {
@@ -166,32 +174,40 @@ size_t CountLandmarks(const G2oFile& file) {
                        [](const auto& vertex) { return !PoseOf(*vertex); });
 }
 
-std::vector<int> FixFreeParts(const Graph& graph) {
-  // The parts, by the least id in each: `part` leads from a vertex to one with a smaller id, until it is its own.
+std::vector<int> PartsOf(const Graph& graph) {
+  // `part` leads from a vertex to one with a smaller id, until it is its own.
   std::vector<int> part(graph.Vertices().empty() ? 0 : graph.Vertices().back()->Id() + 1);
   std::iota(part.begin(), part.end(), 0);
   const auto part_of = [&](int id) {
     while (part[id] != id) id = part[id] = part[part[id]];
     return id;
   };
-  std::vector<bool> has_edge(part.size(), false);
   for (const auto& edge : graph.Edges()) {
+    if (edge->Information().isZero(0.0)) continue;
     for (const auto& vertex : edge->Vertices()) {
-      has_edge[vertex->Id()] = true;
       const auto [least, other] = std::minmax({part_of(vertex->Id()), part_of(edge->Vertices()[0]->Id())});
       part[other] = least;
     }
   }
+  for (size_t id = 0; id < part.size(); ++id) part[id] = part[part[id]];
+  return part;
+}
+
+std::vector<int> FixFreeParts(const Graph& graph) {
+  const std::vector<int> part = PartsOf(graph);
+  std::vector<bool> has_edge(part.size(), false);
+  for (const auto& edge : graph.Edges())
+    for (const auto& vertex : edge->Vertices()) has_edge[vertex->Id()] = true;
   // A pose that is fixed, or a prior's world, holds its part; of landmarks it takes two in the plane, and three in space.
   constexpr int kHeld = 6;
   std::vector<int> held(part.size(), 0);
   for (const auto& vertex : graph.Vertices()) {
     if (!vertex->IsFixed()) continue;
-    held[part_of(vertex->Id())] += vertex->GetRole() == Role::kPose ? kHeld : kHeld / vertex->Dimension();
+    held[part[vertex->Id()]] += vertex->GetRole() == Role::kPose ? kHeld : kHeld / vertex->Dimension();
   }
   std::vector<int> fixed;
   for (const auto& vertex : graph.Vertices()) {
-    int& of_part = held[part_of(vertex->Id())];
+    int& of_part = held[part[vertex->Id()]];
     if (of_part >= kHeld || !has_edge[vertex->Id()] || !PoseOf(*vertex)) continue;
     vertex->SetFixed();
     fixed.push_back(vertex->Id());
@@ -264,9 +280,9 @@ void SolveStartedPoseGraph(const PoseGraphOptions& options, Graph* graph, PoseGr
   }
 }
 
-std::string ReportOnLoops(const PoseGraphOptions& options, const PoseGraphStudy& study, const Graph& graph) {
+std::string ReportOnLoops(const PoseGraphOptions& options, const PoseGraphStudy& study, const G2oFile& file) {
   if ((options.loss && !options.gnc) || options.huber > 0.0) return "";
-  std::vector<LoopVerdict> loops = options.gnc ? study.loops : FindLoops(graph);
+  std::vector<LoopVerdict> loops = options.gnc ? study.loops : FindLoops(file.graph);
   MeasureLoops(&loops);
   const size_t far = CountFalse(loops), close = CountClose(loops);
   std::ostringstream text;
@@ -277,12 +293,25 @@ std::string ReportOnLoops(const PoseGraphOptions& options, const PoseGraphStudy&
   } else if (far == 0) {
     return "";
   } else {
-    text << " loops disagree with the rest by more than noise would (rᵀWr up to " << LargestChi2(loops)
-         << "); --gnc gives up those that are false";
+    text << " loops disagree with the rest by more than noise would, most of all" << Farthest(loops, file)
+         << "; --gnc gives up those that are false";
   }
   if (2 * far > loops.size())
-    text << "\nthese are most loops: either the others are false, or the file's information matrices claim too much";
+    text << "\nthese are most loops: either "
+         << (options.gnc ? "the others are false" : "a few false ones bend the others")
+         << ", or the file's information matrices claim too much";
   return text.str();
+}
+
+bool AreSomeLoopsFalse(PoseGraphOptions options, const G2oOptions& reading) {
+  options.gnc = true;
+  options.start = PoseGraphStart::kOdometry;
+  options.loss.reset();
+  options.huber = options.incremental = 0;
+  options.solve.callback = nullptr;
+  G2oFile again = ReadG2o(options.input, reading);
+  const PoseGraphStudy study = SolvePoseGraph(options, &again);
+  return CountFalse(study.loops) > 0 && 2 * CountFalse(study.loops) <= study.loops.size();
 }
 
 void WritePoseGraphStudy(const PoseGraphStudy& study, const G2oFile& file, const PoseGraphOptions& options) {

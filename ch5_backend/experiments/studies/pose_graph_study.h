@@ -53,6 +53,9 @@ struct PoseGraphStudy {
 /// How many vertices of the file are no poses.
 size_t CountLandmarks(const G2oFile& file);
 
+/// The connected parts of the graph, by the least id in each: of each vertex, by its id. Edges of zero information connect nothing.
+std::vector<int> PartsOf(const Graph& graph);
+
 /// Fixes the first pose of every connected part that nothing holds, so that no gauge is left free: a part is held by a pose
 /// that is fixed, by a prior, or by enough fixed landmarks, two in the plane and three in space.
 /// @return indices of these poses; poses without edges stay free
@@ -66,11 +69,15 @@ PoseGraphStudy StartPoseGraph(const PoseGraphOptions& options, G2oFile* file);
 void SolveStartedPoseGraph(const PoseGraphOptions& options, Graph* graph, PoseGraphStudy* study);
 
 /// What is to be said of the loops of a solved graph: what was given up, what could not be decided, or, without a loss,
-/// that some disagree with the rest and that --gnc finds them.
-std::string ReportOnLoops(const PoseGraphOptions& options, const PoseGraphStudy& study, const Graph& graph);
+/// that some disagree with the rest, which poses the farthest of them connect, and that --gnc finds them.
+std::string ReportOnLoops(const PoseGraphOptions& options, const PoseGraphStudy& study, const G2oFile& file);
 
 /// Both; `file` then holds the result.
 PoseGraphStudy SolvePoseGraph(const PoseGraphOptions& options, G2oFile* file);
+
+/// Whether --gnc would give up some loops of the file, and no more than half: large false ones bend all the others, so plain
+/// least squares does not tell.
+bool AreSomeLoopsFalse(PoseGraphOptions options, const G2oOptions& reading);
 
 /// "file", "chordal", …
 std::string NameOf(PoseGraphStart start);
