@@ -146,7 +146,8 @@ std::optional<Vec3> MeanRate(const std::vector<ImuMeasurement>& imu, double t0, 
   const std::vector<ImuSample> samples = SamplesBetween(imu, t0, t1);
   if (samples.empty()) return std::nullopt;
   Vec3 turn = Vec3::Zero();
-  for (const ImuSample& sample : samples) turn += sample.gyroscope * sample.dt;
+  for (size_t k = 1; k < samples.size(); ++k)
+    turn += 0.5 * samples[k].dt * (samples[k - 1].gyroscope + samples[k].gyroscope);
   return turn / (t1 - t0);
 }
 
@@ -376,6 +377,10 @@ std::optional<TurnAgreement> CompareTurns(const Recording& recording) {
   for (const Mat33& axes : SignedPermutations()) {  // orthogonal, so that they may as well turn the images' rates back
     const double correlation = correlate(axes.transpose() * R_B_C, 0.0);
     if (correlation > result.with_axes) result.with_axes = correlation, result.axes = axes;
+    if (axes(2, 2) != 1.0 || axes.isIdentity()) continue;
+    const double of_tracks = correlate(axes.determinant() * R_B_C * axes, 0.0);  // a turn is an axial vector
+    if (of_tracks > result.with_tracks)
+      result.with_tracks = of_tracks, result.tracks = NameAxes(axes).substr(0, NameAxes(axes).rfind(','));
   }
   for (int k = -kSteps; k <= kSteps; ++k) {
     const double delay = k * kStep;

@@ -24,6 +24,8 @@ struct TurnAgreement {
   double with_inverse = 0.0;       ///< with the inverse of q_B_C
   double with_axes = 0.0;          ///< the greatest, with `axes` times the gyroscope's rates
   Mat33 axes = Mat33::Identity();  ///< one of SignedPermutations
+  double with_tracks = 0.0;        ///< the greatest, with the tracks' x and y swapped or negated, so that …
+  std::string tracks;              ///< … they are read as these
   double at_delay = 0.0;           ///< the greatest, once the images are stamped `delay` later
   double delay = 0.0;              ///< within ±1 [s]; VINS-Mono's td
   double pairs = 0.0;              ///< of images that were compared, as if none overlapped

@@ -186,7 +186,7 @@ void CheckOrderOfQuaternions(const std::string& path, const Recording& recording
 }
 
 // Turned into W, the accelerations are upwards on average, since speeds hardly change in the long run.
-void CheckUp(const std::string& path, const Recording& recording) {
+std::string ContradictionToUp(const Recording& recording) {
   Vec3 sum = Vec3::Zero();
   int count = 0;
   for (const ImuMeasurement& measurement : recording.imu) {
@@ -196,10 +196,9 @@ void CheckUp(const std::string& path, const Recording& recording) {
     ++count;
   }
   const double tilt = std::atan2(sum.head<2>().norm(), sum.z()) * 180.0 / M_PI;
-  if (count < 2.0 * recording.calibration.imu_rate || tilt < 40.0) return;  // in 2 s, 4 m/s² may last
-  throw FileError(path + ": z must be up in its world, but turned into it the accelerations are " +
-                  std::to_string(std::lround(tilt)) +
-                  "° off on average; are these the IMU's poses, and is its acceleration +9.81 upwards at rest?");
+  if (count < 2.0 * recording.calibration.imu_rate || tilt < 40.0) return "";  // in 2 s, 4 m/s² may last
+  return "z must be up in its world, but turned into it the accelerations are " + std::to_string(std::lround(tilt)) +
+         "° off on average; are these the IMU's poses, and is its acceleration +9.81 upwards at rest?";
 }
 
 constexpr double kTiny = 1e-12, kLarge = 1e6;
@@ -295,9 +294,14 @@ void CompleteTruth(const CsvReader& csv, bool has_velocity, std::vector<StampedS
   if (!has_velocity) DifferentiatePositions(truth);
 }
 
-void CheckTruth(const std::string& path, const Recording& recording) {
-  CheckOrderOfQuaternions(path, recording);
-  CheckUp(path, recording);
+// A truth that contradicts the accelerometer is left out: whose fault that is, the images tell later.
+void CheckTruth(const std::string& path, std::vector<LeftOut>* left_out, Recording* recording) {
+  CheckOrderOfQuaternions(path, *recording);
+  const std::string contradiction = ContradictionToUp(*recording);
+  if (contradiction.empty()) return;
+  if (!left_out) throw FileError(path + ": " + contradiction);
+  left_out->push_back({path, static_cast<int>(recording->truth.size()), contradiction});
+  recording->truth.clear();
 }
 
 Calibration ReadCalibration(const std::filesystem::path& file) {
@@ -361,7 +365,7 @@ Recording ReadRecording(const std::filesystem::path& folder, std::vector<LeftOut
           {truth_path, count, "its clock does not jump with the others in " + recording.clock_steps[0].where});
     recording.truth.erase(later, recording.truth.end());
   }
-  if (!truth_path.empty()) CheckTruth(truth_path, recording);
+  if (!truth_path.empty()) CheckTruth(truth_path, left_out, &recording);
   return recording;
 }
 

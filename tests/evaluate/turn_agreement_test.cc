@@ -115,6 +115,24 @@ TEST(TurnAgreement, FindsTheGyroscopesAxes) {
   }
 }
 
+TEST(TurnAgreement, FindsTracksOfAMirroredImage) {
+  Recording recording = Turning(0.0);
+  for (Image& image : recording.images)
+    for (TrackedPoint& point : image.tracks) point.x = Vec2(point.x.y(), point.x.x());
+  const auto turns = CompareTurns(recording);
+  EXPECT_LT(turns->as_given, 0.9);
+  EXPECT_EQ(turns->tracks, "y, x");
+  EXPECT_GT(turns->with_tracks, 0.99);
+}
+
+TEST(TurnAgreement, ASlowImuIsNoDelay) {
+  Recording recording = Turning(0.0);
+  std::vector<ImuMeasurement> slow;
+  for (size_t k = 0; k < recording.imu.size(); k += 10) slow.push_back(recording.imu[k]);
+  recording.imu = slow;
+  EXPECT_NEAR(CompareTurns(recording)->delay, 0.0, 0.011) << "of 20 Hz";
+}
+
 TEST(TurnAgreement, SaysNothingOfACameraThatHardlyTurns) {
   Recording recording = Turning(0.0);
   for (ImuMeasurement& measurement : recording.imu) measurement.gyroscope *= 0.01;

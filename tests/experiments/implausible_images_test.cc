@@ -34,6 +34,32 @@ TEST(ImplausibleImages, ImagesThatRepeatTheOneBeforeAreLeftOutAndNamed) {
   }
 }
 
+// As dirt on the lens, or the vehicle's own hood, that is tracked like the scene; at rest all points stay.
+TEST(ImplausibleImages, PointsThatStayWhileTheCameraTurnsAreLeftOutAndNamed) {
+  RoomOptions options;
+  options.standstill_seconds = 3.0;
+  const Recording healthy = SimulateRoom(options);
+  Recording recording = healthy;
+  EXPECT_EQ(Names(CheckTracks(true, &recording)), "");
+  std::map<int, Vec2> places;
+  size_t still = 0, all = 0;
+  for (Image& image : recording.images) {
+    for (TrackedPoint& point : image.tracks) {
+      ++all;
+      if (point.id % 5 != 0) continue;
+      ++still;
+      point.x = places.emplace(point.id, point.x).first->second;
+    }
+  }
+  const RecordingWarnings warnings = CheckTracks(false, &recording);
+  ASSERT_EQ(Names(warnings), "fixed_points");
+  EXPECT_EQ(warnings[0].other, static_cast<double>(all));
+  EXPECT_GT(warnings[0].value, 0.8 * static_cast<double>(still)) << "but for tracks of a moment";
+  for (const Image& image : recording.images)
+    for (const TrackedPoint& point : image.tracks) all -= point.id % 5 != 0 ? 1 : 0;
+  EXPECT_EQ(all, still) << "no other point is left out";
+}
+
 // A tracker with 40 places that gives a place's number to the next point; a false match from which a track comes back is none.
 TEST(ImplausibleImages, AnIdThatGoesOnWithAnotherPointIsSplitAndNamed) {
   RoomOptions options;

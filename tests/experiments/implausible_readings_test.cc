@@ -296,6 +296,22 @@ TEST(ImplausibleReadings, AnAccelerometerThatFeelsAnotherGravityIsNamed) {
   }
 }
 
+// Which turns the gravity that it should feel, or hardly follows its motion.
+TEST(ImplausibleReadings, NoAccelerometerIsBlamedForABiasedGyroscopeOrASlowImu) {
+  for (const Vec3& bias : {Vec3(0.3, 0, 0), Vec3(0, 0.3, 0), Vec3(0, 0, 0.3), Vec3(-0.3, 0, 0), Vec3(0, -1.0, 0)}) {
+    Recording recording = Healthy();
+    for (ImuMeasurement& m : recording.imu) m.gyroscope += bias, m.acceleration *= 0.97;
+    EXPECT_EQ(Names(Check(&recording)), "") << bias.transpose();
+  }
+  Recording recording = Healthy();
+  std::vector<ImuMeasurement> slow;
+  for (size_t k = 0; k < recording.imu.size(); k += 10) slow.push_back(recording.imu[k]);
+  Random random(1);
+  for (ImuMeasurement& m : slow) m.acceleration.y() = 0.5 * random.Normal();  // vibration between two readings
+  recording.imu = slow;
+  EXPECT_EQ(Names(Check(&recording)), "");
+}
+
 // The first seconds after a rest, and noise of 3 px, look like a delay or another focal length.
 TEST(ImplausibleReadings, FewOrNoisyImagesTellNothing) {
   struct Case {

@@ -421,7 +421,7 @@ TEST_F(RecordingFile, TruthMayBeInTumsFormat) {
 }
 
 // Motion capture systems often have y upwards.
-TEST_F(RecordingFile, ATruthWhoseZIsNotUpIsRefused) {
+TEST_F(RecordingFile, ATruthWhoseZIsNotUpIsRefusedOrLeftOut) {
   recording_ = SimulateRecording(Handheld({3.0}), {Vec3(5, 0, 0), Vec3(0, 5, 0), Vec3(-5, 0, 0), Vec3(0, -5, 0)});
   WriteRecording(recording_, folder_);
   EXPECT_EQ(Message(), "");
@@ -429,6 +429,10 @@ TEST_F(RecordingFile, ATruthWhoseZIsNotUpIsRefused) {
   WriteRecording(recording_, folder_);
   EXPECT_EQ(Message().find("groundtruth.csv: z must be up in its world, but turned into it the accelerations are "),
             0u);
+  std::vector<LeftOut> left_out;  // the accelerometer may be at fault as well
+  EXPECT_TRUE(ReadRecording(folder_, &left_out).truth.empty());
+  ASSERT_EQ(left_out.size(), 1u);
+  EXPECT_EQ(left_out[0].first.find("z must be up in its world"), 0u);
 }
 
 TEST_F(RecordingFile, ClocksThatDifferAreNamed) {

@@ -113,6 +113,43 @@ void FindJumps(std::vector<Seen>* track, JumpsOfTracks* jumps) {
   leave_out(good + 1, seen.size());
 }
 
+// Tracks that stay where they are in the image while the camera turns and the others move: dirt on the lens, the vehicle's own
+// hood, or text. A point of the scene does so only on the axis of the turn.
+std::vector<Seen*> FindFixed(const Recording& recording, Tracks* tracks) {
+  constexpr double kStill = 1.5;   // RMS from a track's mean [px]
+  constexpr double kTurn = 0.1;    // of the camera, and what the others move by [rad]
+  constexpr size_t kFewest = 5;    // images
+  constexpr double kShare = 0.03;  // of the tracks that last for such a turn; none where all is in order
+  std::vector<Qd> attitude;
+  std::vector<double> way = {0.0};  // of the median track, as far as it goes in one direction or another
+  auto m = recording.imu.begin();
+  Qd q = Qd::Identity();
+  for (const Image& image : recording.images) {
+    for (; m + 1 < recording.imu.end() && m->t < image.t; ++m) q = q * ExpSO3(((m + 1)->t - m->t) * m->gyroscope);
+    if (!attitude.empty())
+      way.push_back(way.back() + StepOf(recording.images[attitude.size() - 1].tracks, image.tracks).value_or(0.0));
+    attitude.push_back(q);
+  }
+  std::vector<Seen*> fixed;
+  double turned = 0.0, still = 0.0;
+  for (auto& [id, track] : *tracks) {
+    if (track.size() < kFewest) continue;
+    const size_t first = track.front().image, last = track.back().image;
+    double turn = 0.0, squares = 0.0;
+    Vec2 mean = Vec2::Zero();
+    for (const Seen& seen : track) {
+      turn = std::max(turn, attitude[first].angularDistance(attitude[seen.image]));
+      mean += seen.point->x / static_cast<double>(track.size());
+    }
+    for (const Seen& seen : track) squares += (seen.point->x - mean).squaredNorm() / static_cast<double>(track.size());
+    const bool is_still = std::sqrt(squares) * recording.calibration.FocalLength() < kStill;
+    if (turn > kTurn) turned += 1.0, still += is_still ? 1.0 : 0.0;
+    if (is_still && way[last] - way[first] > kTurn)
+      for (Seen& seen : track) fixed.push_back(&seen);
+  }
+  return still > kShare * turned ? fixed : std::vector<Seen*>();
+}
+
 JumpsOfTracks FindJumps(Tracks* tracks) {
   JumpsOfTracks jumps;
   for (auto& [id, track] : *tracks) FindJumps(&track, &jumps);
@@ -195,12 +232,16 @@ RecordingWarnings CheckTracks(bool strict, Recording* recording) {
     warnings.push_back({name, static_cast<double>(some->size()), static_cast<double>(all), words, "", t});
   };
   CheckSecondCamera(strict, recording, &warnings);
+  std::vector<Seen*> fixed = FindFixed(*recording, &tracks);
+  warn("fixed_points", "points left out", points, "they stay where they are in the image while the camera turns", 0.0,
+       &fixed);
   warn("false_matches", "points left out", points, "each lies apart from its track", kShareOfPoints, &jumps.falses);
   warn("ids_reused", "tracks whose id goes on with another point", tracks.size(), "each becomes two", kShareOfTracks,
        &jumps.begins);
   Renumber(&tracks, jumps.begins);
   std::vector<std::set<int>> out(images.size());
-  for (const Seen* one : jumps.falses) out[one->image].insert(one->point->id);
+  for (const std::vector<Seen*>* some : {&fixed, &jumps.falses})
+    for (const Seen* one : *some) out[one->image].insert(one->point->id);
   for (size_t k = 0; k < images.size(); ++k) {
     for (std::vector<TrackedPoint>* seen : {&images[k].tracks, &images[k].tracks1}) {
       const auto is_out = [&](const TrackedPoint& point) { return out[k].count(point.id) > 0; };

@@ -272,14 +272,14 @@ Vec3 SpreadOf(const std::vector<Vec3>& values) {
 // Whether the accelerometer feels as much gravity as it should. In recordings that are in order it is within 2 %: accelerations
 // of a body that stays near are without a mean.
 void CheckGravity(const Recording& recording, RecordingWarnings* warnings) {
-  constexpr double kShare = 0.06;
+  constexpr double kShare = 0.06, kOfReadings = 0.5;
   std::vector<double> felt, lengths;
   for (const Vec3& g : GravityByTurns(recording.imu)) felt.push_back(g.norm());
   for (const ImuMeasurement& m : recording.imu) lengths.push_back(m.acceleration.norm());
   if (felt.empty()) return;
   const double told = recording.calibration.gravity, off = Median(felt) - told;
-  // An axis with the wrong sign shortens what is turned and averaged, but no reading.
-  if (std::abs(off) < kShare * told || off * (Median(lengths) - told) <= 0.0) return;
+  // An axis with the wrong sign, or a gyroscope at fault, shortens what is turned and averaged, but no reading.
+  if (std::abs(off) < kShare * told || (Median(lengths) - told) / off < kOfReadings) return;
   warnings->push_back({"gravity", told + off, told,
                        Join("the accelerometer feels ", told + off, " m/s² of gravity, not ", told,
                             ", which is imu.gravity: are its unit, scale factor and bias right?")});
@@ -290,11 +290,14 @@ void CheckGravity(const Recording& recording, RecordingWarnings* warnings) {
 void CheckDeadAxes(const Recording& recording, RecordingWarnings* warnings) {
   constexpr double kLeastTurn = 0.05;   // [rad/s]
   constexpr double kLeastForce = 0.12;  // of gravity, along an axis [m/s²]
+  constexpr double kSlowest = 0.015;    // [s]: a slower IMU makes white noise of vibration
+  const Readings& imu = recording.imu;
+  if (imu.back().t - imu.front().t > kSlowest * static_cast<double>(imu.size())) return;
   const auto check = [&](const Sensor& sensor, double least, const auto& spread_of) {
     std::string silent, dead;
     for (int axis = 0; axis < 3; ++axis) {
       std::vector<double> values;
-      for (const ImuMeasurement& m : recording.imu) values.push_back((m.*sensor.reading)[axis]);
+      for (const ImuMeasurement& m : imu) values.push_back((m.*sensor.reading)[axis]);
       if (IsWhite(values)) silent += "xyz"[axis];
     }
     if (silent.empty()) return;

@@ -52,27 +52,59 @@ std::pair<double, double> SizesOfPaths(const std::vector<StampedState>& a, const
   return {size(of_a), size(of_b)};
 }
 
-// By how much the truth is stamped later than the estimates [s], where that is most of their distance; else 0. Too short a
-// recording, or too small a distance, looks like many things.
+// By how much the truth is stamped later than the estimates [s], where that is most of their distance, or of the angle between
+// them; else 0.
 double DelayOfTruth(const OdometryRun& run, const std::vector<StampedState>& truth) {
   constexpr double kStep = 0.02, kGain = 2.0, kLeastShare = 0.8;
-  constexpr double kLeastSeconds = 5.0, kLeastError = 0.02;  // [m]
-  constexpr int kSteps = 50;
-  double delay = 0.0;
-  if (!run.error || run.segments.size() != 1) return delay;
-  if (run.states.back().t - run.states.front().t < kLeastSeconds || run.error->position_rmse < kLeastError)
-    return delay;
-  double least = run.error->position_rmse / kGain;
+  constexpr double kLeastError = 0.02, kLeastAngle = 0.02;  // [m, rad]: smaller ones look like many things
+  constexpr int kSteps = 150;                               // 3 s
+  int best = 0;
+  double most = kGain;
+  const TrajectoryError& given = *run.error;
   for (int k = -kSteps; k <= kSteps; ++k) {
     std::vector<StampedState> states = run.states;
     for (StampedState& state : states) state.t += k * kStep;
     const auto error = CompareTrajectories(states, truth);
-    const double fewest = kLeastShare * static_cast<double>(run.error->time.size());
-    if (!error || error->position_rmse >= least || static_cast<double>(error->time.size()) < fewest) continue;
-    least = error->position_rmse;
-    delay = k * kStep;
+    const double fewest = kLeastShare * static_cast<double>(given.time.size());
+    if (!error || static_cast<double>(error->time.size()) < fewest) continue;
+    const double gain = std::max(given.position_rmse < kLeastError ? 0.0 : given.position_rmse / error->position_rmse,
+                                 given.rotation_rmse < kLeastAngle ? 0.0 : given.rotation_rmse / error->rotation_rmse);
+    if (gain > most) most = gain, best = k;
   }
-  return delay;
+  return std::abs(best) == kSteps ? 0.0 : best * kStep;
+}
+
+// What the truth's positions or rotations agree with once they are read otherwise, if that is certain.
+RecordingWarnings ReadTruthOtherwise(const OdometryRun& run, const std::vector<StampedState>& truth) {
+  constexpr double kGain = 2.0, kLeastError = 0.05, kLeastAngle = 0.1;  // [m, rad]
+  const auto error_if = [&](const auto& read) {
+    std::vector<StampedState> other = truth;
+    for (StampedState& state : other) read(&state.T_W_B);
+    return CompareTrajectories(run.states, other);
+  };
+  const auto inverse = error_if([](Transform* T) { T->q = T->q.conjugate(); });
+  if (inverse && run.error->rotation_rmse > std::max(kLeastAngle, kGain * inverse->rotation_rmse)) {
+    return {{"truth_inverse", run.error->rotation_rmse, inverse->rotation_rmse,
+             Join("the rotations of groundtruth.csv agree with ", run.policy, " only if they are inverted (",
+                  inverse->rotation_rmse, " instead of ", run.error->rotation_rmse,
+                  " rad): they must rotate the IMU's coordinates into the world's")}};
+  }
+  double least = run.error->position_rmse / kGain, trace = 0.0;
+  std::string axes;
+  for (const Mat33& P : SignedPermutations()) {
+    const auto error = error_if([&](Transform* T) { T->p = P * T->p; });
+    if (run.error->position_rmse < kLeastError || !error || error->position_rmse > 1.001 * least) continue;
+    if (error->position_rmse > 0.999 * least && P.trace() <= trace) continue;  // turned about z, it is as good
+    least = error->position_rmse;
+    trace = P.trace();
+    axes = NameAxes(P);
+  }
+  if (axes.empty()) return {};
+  return {{"truth_axes", run.error->position_rmse, least,
+           Join("the positions of groundtruth.csv agree with ", run.policy, " to ", least, " instead of ",
+                run.error->position_rmse, " m if they are read as ", axes,
+                ": its world must have z up and right-handed axes, for positions and rotations alike"),
+           axes}};
 }
 
 // Whether the truth is many times as large as the estimates, and agrees with them in their size: an estimate that has failed
@@ -267,7 +299,13 @@ RecordingWarnings CheckComparison(const OdometryStudy& study) {
                         Join("groundtruth.csv moves ", run->error->scale, " times as far as ", run->policy,
                              " estimates; is it in meters?")});
   }
-  const double delay = DelayOfTruth(study.runs.front(), truth);
+  constexpr double kLeastSeconds = 5.0;  // shorter ones look like many things
+  const OdometryRun& first = study.runs.front();
+  if (!first.error || first.segments.size() != 1 || first.states.back().t - first.states.front().t < kLeastSeconds)
+    return warnings;
+  const RecordingWarnings otherwise = ReadTruthOtherwise(first, truth);
+  warnings.insert(warnings.end(), otherwise.begin(), otherwise.end());
+  const double delay = otherwise.empty() ? DelayOfTruth(first, truth) : 0.0;
   if (delay != 0.0) {
     const auto milliseconds = std::lround(1e3 * std::abs(delay));
     warnings.push_back({delay > 0.0 ? "truth_late" : "truth_early", static_cast<double>(milliseconds), kNoNumber,

@@ -144,6 +144,26 @@ RecordingWarning ClockWarning(const std::string& kind, const ClockOffset& clock)
           Join("the camera's stamps are ", shown, " ± ", std::lround(sigma), " ms ", of, " (corrected)")};
 }
 
+// Several readings of the axes may explain the turns equally well.
+RecordingWarning AxesWarning(const TurnAgreement& turns) {
+  constexpr double kAgree = 0.6, kAsGood = 0.05;
+  const std::pair<double, std::string> others[] = {
+      {turns.with_inverse, "with the inverse of camera.q_B_C, which must rotate camera coordinates into the IMU's"},
+      {turns.with_axes, "with the gyroscope's columns read as " + NameAxes(turns.axes)},
+      {turns.with_tracks, "with the tracks' x, y read as " + turns.tracks}};
+  const double best = std::max_element(std::begin(others), std::end(others))->first;
+  std::string words;
+  for (const auto& [correlation, reading] : others)
+    if (correlation > best - kAsGood) words += (words.empty() ? Join("; it is ", best, " ") : ", or ") + reading;
+  if (best < std::max(kAgree, turns.as_given))
+    words =
+        ", whatever the order and the signs of the axes: do the tracks show the scene, in this camera, and are the "
+        "clocks of "
+        "camera and IMU within 1.2 s?";
+  return {"turns", turns.as_given, best,
+          Join("the camera's rotation disagrees with the gyroscope (correlation ", turns.as_given, ")", words)};
+}
+
 RecordingWarning DelayWarning(const DelayChange& change) {
   if (change.step == 0.0) {
     const double percent = 100.0 * change.rate, sigma = 100.0 * change.sigma;
@@ -186,12 +206,7 @@ void CheckTurns(OdometrySettings* settings, Recording* recording, bool seeks_cau
     return;
   }
   if (is_turned || TurnOtherwise(*turns)) {
-    warnings->push_back({"turns", turns->as_given, turns->with_inverse,
-                         Join("the camera's rotation disagrees with the gyroscope (correlation ", turns->as_given,
-                              "; with the inverse of camera.q_B_C ", turns->with_inverse,
-                              "): it must rotate camera coordinates into the IMU's; ", turns->with_axes,
-                              " with the gyroscope's columns read as ", NameAxes(turns->axes),
-                              "; or are the clocks of camera and IMU more than 1.2 s apart?")});
+    warnings->push_back(AxesWarning(*turns));
     return;
   }
   CheckTurnGain(*turns, found, recording, settings, warnings);
