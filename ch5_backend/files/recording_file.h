@@ -40,8 +40,10 @@ std::vector<StampedState> ReadTum(const std::string& path, int64_t origin_ns, st
 void CompleteTruth(const CsvReader& csv, bool has_velocity, std::vector<StampedState>* truth);
 
 /// @param path  the file that recording.truth was read from
-/// @throws FileError if its quaternions agree with the gyroscope in another order only, or gravity is not along −z of its world
-void CheckTruth(const std::string& path, const Recording& recording);
+/// A truth in whose world gravity is not along −z is left out: whether it or the accelerometer is at fault, the images tell later.
+/// @param left_out  null: that is thrown
+/// @throws FileError if its quaternions agree with the gyroscope in another order only
+void CheckTruth(const std::string& path, std::vector<LeftOut>* left_out, Recording* recording);
 
 /// The calibration alone.
 Calibration ReadCalibration(const std::filesystem::path& file);

@@ -294,7 +294,6 @@ void CompleteTruth(const CsvReader& csv, bool has_velocity, std::vector<StampedS
   if (!has_velocity) DifferentiatePositions(truth);
 }
 
-// A truth that contradicts the accelerometer is left out: whose fault that is, the images tell later.
 void CheckTruth(const std::string& path, std::vector<LeftOut>* left_out, Recording* recording) {
   CheckOrderOfQuaternions(path, *recording);
   const std::string contradiction = ContradictionToUp(*recording);

@@ -326,7 +326,7 @@ void FindTruth(const fs::path& mav0, const Transform& T_B_I, std::vector<LeftOut
       truth.clear();
       note += " has no time in common with the IMU, so there is none";
     } else {
-      CheckTruth(file.string(), result->recording);
+      CheckTruth(file.string(), left_out, &result->recording);
     }
     return result->notes.push_back("ground truth: " + note);
   }
