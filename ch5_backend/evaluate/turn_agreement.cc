@@ -188,7 +188,7 @@ struct PartDelay {
 std::vector<PartDelay> DelaysOfParts(const std::vector<Turn>& turns, const std::vector<ImuMeasurement>& imu,
                                      const Mat33& R_B_C) {
   constexpr size_t kMostParts = 12, kTurns = 60;
-  constexpr double kClear = 0.8, kError = 3e-3;  // [s]
+  constexpr double kClear = 0.8, kError = 3e-3, kMost = 0.02;  // [s]
   const size_t parts = std::min(kMostParts, turns.size() / kTurns);
   std::vector<PartDelay> delays;
   for (size_t part = 0; part < parts; ++part) {
@@ -199,10 +199,11 @@ std::vector<PartDelay> DelaysOfParts(const std::vector<Turn>& turns, const std::
     const auto best = std::max_element(values.begin(), values.end());
     if (*best < kClear || best == values.begin() || best + 1 == values.end()) continue;
     const double slope = 0.5 * (best[1] - best[-1]), bend = 2.0 * *best - best[-1] - best[1];
-    const double variance = LeftVariance(*best) / (static_cast<double>(some.size()) * bend) * kStep * kStep;
+    const double variance =
+        kError * kError + LeftVariance(*best) / (static_cast<double>(some.size()) * bend) * kStep * kStep;
+    if (variance > kMost * kMost) continue;
     delays.push_back({0.5 * (some.front().t0 + some.back().t1),
-                      (static_cast<double>(best - values.begin()) - kSteps + slope / bend) * kStep,
-                      1.0 / (variance + kError * kError)});
+                      (static_cast<double>(best - values.begin()) - kSteps + slope / bend) * kStep, 1.0 / variance});
   }
   return delays;
 }
@@ -229,6 +230,7 @@ std::optional<DelayChange> ChangeOfDelay(const std::vector<Turn>& turns, const s
   constexpr double kSigmas = 6.0;   // the rate is at most 1.5 of its σ in recordings that are in order
   constexpr double kLeast = 0.015;  // of the delay's change [s]
   constexpr double kTimesBetter = 4.0;
+  constexpr double kMostRate = 0.01;  // of clocks that are meant to run alike
   const std::vector<PartDelay> parts = DelaysOfParts(turns, imu, R_B_C);
   const size_t n = parts.size();
   if (n < kFewest) return std::nullopt;
@@ -265,7 +267,7 @@ std::optional<DelayChange> ChangeOfDelay(const std::vector<Turn>& turns, const s
     return step;
   }
   const double sigma = scale(left) / std::sqrt(scatter), change = std::abs(rate) * (parts.back().t - parts.front().t);
-  if (change < kLeast || std::abs(rate) < kSigmas * sigma) return std::nullopt;
+  if (change < kLeast || std::abs(rate) < kSigmas * sigma || std::abs(rate) > kMostRate) return std::nullopt;
   return DelayChange{rate, 0.0, t, delay, sigma};
 }
 

@@ -83,8 +83,13 @@ class EdgeBentRays
     const auto& [x_i, x_j] = points_;
     const Vector turned_j = turn_.J * bias + turn_.rate_j * delay(x_j) + turn_.theta * wrong.gain - wrong.turned;
     const Vector turned_i = turn_.rate_i * delay(x_i) - wrong.turned;
+    // Cayley's rotation: ρ about the axis of a turn changes nothing, and to first order alone would bend the rays.
+    const auto rotate = [](const Vector& theta, const Vector& f) -> Vector {
+      const Vector half = 0.5 * theta, moved = half.cross(f);
+      return f + (moved + half.cross(moved)) * (2.0 / (half.squaredNorm() + 1.0));
+    };
     const Vector f_i = ray(x_i), f_j = ray(x_j);
-    const Vector m = turn_.R * (f_j + turned_j.cross(f_j)), f = m - turned_i.cross(m), c = t.cross(f);
+    const Vector f = rotate(-turned_i, turn_.R * rotate(turned_j, f_j)), c = t.cross(f);
     using std::sqrt;
     // Narrower rays have less noise too, so that only errors relative to the width can be compared.
     return {-f_i.dot(c) / (sqrt(c.squaredNorm() + 1e-6) * (wrong.width + 1.0)), t.squaredNorm() - 1.0};
@@ -95,6 +100,22 @@ class EdgeBentRays
   std::shared_ptr<const size_t> cause_;
   GyroscopeTurn turn_;
   Points points_;
+};
+
+// What the pairs of a motion do not tell, such as a delay at a constant rate or a rotation about the only axis of all turns,
+// stays near its guess: r = [τ/σ_τ, ρ/σ_ρ].
+class EdgeNearGuess : public AutoDiffEdge<EdgeNearGuess, 4, VertexVector<4>, VertexVector<3>> {
+ public:
+  explicit EdgeNearGuess(const SharedUnknowns& shared) : AutoDiffEdge(shared.bias_delay, shared.vector) {}
+  template <typename T>
+  Eigen::Matrix<T, 4, 1> Evaluate(const Eigen::Matrix<T, 4, 1>& bias_delay,
+                                  const Eigen::Matrix<T, 3, 1>& vector) const {
+    constexpr double kDelay = 0.02, kVector = 0.1;  // [s], [rad] or [rad/s²]
+    Eigen::Matrix<T, 4, 1> r;
+    r << bias_delay[3] * (1.0 / kDelay), vector * (1.0 / kVector);
+    return r;
+  }
+  std::string TypeInfo() const override { return "EdgeNearGuess"; }
 };
 
 std::optional<GyroscopeTurn> TurnBetween(const Recording& recording, const Vec3& bias, double t0, double t1) {
@@ -184,6 +205,7 @@ class RayProblem {
       graph_.AddVertex(shared_.bias_delay);
       graph_.AddVertex(shared_.number);
       graph_.AddVertex(shared_.vector);
+      graph_.AddEdge(std::make_shared<EdgeNearGuess>(shared_));
       Hold(true, true);
       if (AddPairs(recording, bias_delay) < kFewest) return false;
       if (round + 1 == kRounds) break;

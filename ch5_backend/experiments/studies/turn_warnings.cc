@@ -67,6 +67,10 @@ const Cause* CertainCause(const Disagreement& found, double allowed) {
                                      [&](const auto& a, const auto& b) { return gain(a) < gain(b); });
   const auto [value, sigma, times_better] = best->cause;
   const double size = std::abs(value);
+  if (getenv("PARTS"))
+    for (const auto& l : limits)
+      fprintf(stderr, "PART %ld value %.5f sigma %.5f ratio %.1f gain %.4f\n", &l - limits, l.cause.value,
+              l.cause.sigma, std::abs(l.cause.value) / l.cause.sigma, l.cause.gain);
   const bool is_doubtful =
       size < std::max(best->least, best->sigmas * sigma) || size > kMost || times_better < best->gain;
   return is_doubtful ? nullptr : &best->cause;
@@ -187,16 +191,22 @@ void CheckTurns(OdometrySettings* settings, Recording* recording, bool seeks_cau
   constexpr double kGood = 0.8, kGainOfAxes = 2.0;  // of the variance that is left
   auto turns = CompareTurns(*recording);
   if (turns && turns->change) {
-    warnings->push_back(DelayWarning(*turns->change));
-    EvenOut(*turns->change, recording);
-    turns = CompareTurns(*recording);
+    Recording even = *recording;
+    EvenOut(*turns->change, &even);
+    const auto again = CompareTurns(even);
+    constexpr double kNotWorse = 1.005;
+    if (again && LeftVariance(again->at_delay) < kNotWorse * LeftVariance(turns->at_delay)) {
+      warnings->push_back(DelayWarning(*turns->change));
+      *recording = std::move(even);
+      turns = again;
+    }
   }
   if (!turns) return;
   const auto delay = ClearDelay(*turns);
   const double otherwise = std::max(turns->with_axes, turns->with_inverse);
   const bool is_turned = otherwise > kGood && LeftVariance(turns->at_delay) > kGainOfAxes * LeftVariance(otherwise);
   // A lens spoils the turns of the images too.
-  const auto found = is_turned || !seeks_cause ? std::nullopt : FindDisagreement(*recording, turns->delay);
+  const auto found = is_turned || !seeks_cause ? std::nullopt : FindDisagreement(*recording, delay.value_or(0.0));
   if (found && IsBent(*found)) {
     const Cause& lens = found->lens;
     warnings->push_back({"lens", lens.value, lens.gain,
