@@ -67,10 +67,6 @@ const Cause* CertainCause(const Disagreement& found, double allowed) {
                                      [&](const auto& a, const auto& b) { return gain(a) < gain(b); });
   const auto [value, sigma, times_better] = best->cause;
   const double size = std::abs(value);
-  if (getenv("PARTS"))
-    for (const auto& l : limits)
-      fprintf(stderr, "PART %ld value %.5f sigma %.5f ratio %.1f gain %.4f\n", &l - limits, l.cause.value,
-              l.cause.sigma, std::abs(l.cause.value) / l.cause.sigma, l.cause.gain);
   const bool is_doubtful =
       size < std::max(best->least, best->sigmas * sigma) || size > kMost || times_better < best->gain;
   return is_doubtful ? nullptr : &best->cause;
