@@ -272,7 +272,8 @@ TEST(Stage5, TakesTheRootOfASingularH) {  // as after every marginalization with
   Random random(Seed(47));
   MatXX A = RandomMatrix(7, 12, &random);
   const VecX r = RandomMatrix(7, 1, &random);
-  CheckUpdate(A.transpose() * A, -A.transpose() * r, NamesOfPoses(2), "5.two_poses_H_singular");
+  for (const double times : {1.0, 1e-9, 0.0})  // measurements that contradict nothing, too, have a root
+    CheckUpdate(A.transpose() * A, -times * A.transpose() * r, NamesOfPoses(2), "5.two_poses_H_singular");
   CheckLengthOfE0(A.transpose() * A, 1e-7 * RandomMatrix(12, 1, &random) - A.transpose() * r, "5.two_poses_H_singular");
   A.col(4).setZero();
   CheckUpdate(A.transpose() * A, -A.transpose() * r, NamesOfPoses(2), "5.two_poses_with_an_unmeasured_row");

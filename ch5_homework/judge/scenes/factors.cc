@@ -38,7 +38,7 @@ FactorGraph::FactorGraph(Kind kind) : Scene("factors", {kind}) {
   AddFactor(2, &random, {1}, cauchy, {d[0], p[1], p[2], p[3]});
   AddFactor(2, &random, {3, 0}, cauchy, {d[2], p[3], p[0], p[1], d[3]});  // d[3] is nowhere else, behind the fixed one
   AddFactor(2, &random, {0}, cauchy, {d[2], p[2]});                       // d[2] comes first wherever it is dropped
-  AddFactor(3, &random, {}, cauchy, {p[0], d[1]});                        // drops nothing
+  AddFactor(3, &random, {}, cauchy, {p[0], d[1]}).Enlarge(20.0);          // drops nothing; an outlier counts, a little
   AddFactor(3, &random, {1}, nullptr, {d[1], p[1]}).Enlarge(0.0);
   std::sort(free.begin(), free.end(), [](const auto& a, const auto& b) { return a->Id() < b->Id(); });
 }
