@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <numeric>
 
 #include <Eigen/Cholesky>
 
@@ -223,52 +224,57 @@ double TimeOfStep(const std::vector<Turn>& turns, const std::vector<ImuMeasureme
   return t;
 }
 
-// A line through the parts' delays by least squares, or two levels if these fit them far better.
+// The parts' delays by least squares, delay + rate (t − mean of t), or the same all along.
+struct DelayFit {
+  double weight = 0.0, t = 0.0, delay = 0.0;     // the sum of the weights, and means
+  double scatter = 0.0, rate = 0.0, left = 0.0;  // Σ w (t − mean)²; Σ w (what is not explained)²
+
+  DelayFit(const PartDelay* first, const PartDelay* last, bool is_constant) {
+    const auto sum = [&](const auto& value) {
+      return std::accumulate(first, last, 0.0,
+                             [&](double all, const PartDelay& part) { return all + part.weight * value(part); });
+    };
+    weight = sum([](const PartDelay&) { return 1.0; });
+    t = sum([](const PartDelay& part) { return part.t; }) / weight;
+    delay = sum([](const PartDelay& part) { return part.delay; }) / weight;
+    scatter = sum([&](const PartDelay& part) { return std::pow(part.t - t, 2); });
+    if (!is_constant) rate = sum([&](const PartDelay& part) { return part.delay * (part.t - t); }) / scatter;
+    left = sum([&](const PartDelay& part) { return std::pow(part.delay - delay - rate * (part.t - t), 2); });
+  }
+};
+
+// A line through the parts' delays, or two levels if these fit them far better.
 std::optional<DelayChange> ChangeOfDelay(const std::vector<Turn>& turns, const std::vector<ImuMeasurement>& imu,
                                          const Mat33& R_B_C) {
-  constexpr size_t kFewest = 4;
+  constexpr ptrdiff_t kFewest = 4;
   constexpr double kSigmas = 6.0;   // the rate is at most 1.5 of its σ in recordings that are in order
   constexpr double kLeast = 0.015;  // of the delay's change [s]
   constexpr double kTimesBetter = 4.0;
   constexpr double kMostRate = 0.01;  // of clocks that are meant to run alike
   const std::vector<PartDelay> parts = DelaysOfParts(turns, imu, R_B_C);
-  const size_t n = parts.size();
+  const auto n = static_cast<ptrdiff_t>(parts.size());
   if (n < kFewest) return std::nullopt;
-  const auto sum = [&](size_t first, size_t last, const auto& value) {
-    double all = 0.0;
-    for (size_t k = first; k < last; ++k) all += parts[k].weight * value(parts[k]);
-    return all;
-  };
-  const auto weight = [&](size_t first, size_t last) { return sum(first, last, [](const PartDelay&) { return 1.0; }); };
-  const auto mean = [&](size_t first, size_t last) {
-    return sum(first, last, [](const PartDelay& part) { return part.delay; }) / weight(first, last);
-  };
-  const double t = sum(0, n, [](const PartDelay&part) { return part.t; }) / weight(0, n), delay = mean(0, n);
-  const auto squares = [&](size_t first, size_t last, double level, double rate) {
-    return sum(first, last,
-               [&](const PartDelay& part) { return std::pow(part.delay - level - rate * (part.t - t), 2); });
-  };
-  const double scatter = sum(0, n, [&](const PartDelay& part) { return std::pow(part.t - t, 2); });
-  const double rate = sum(0, n, [&](const PartDelay& part) { return part.delay * (part.t - t); }) / scatter;
-  const double left = squares(0, n, delay, rate);
+  const PartDelay *const first = parts.data(), *const last = first + n;
   const auto scale = [&](double chi2) { return std::max(1.0, std::sqrt(chi2 / static_cast<double>(n - 2))); };
+  const DelayFit line(first, last, false);
   DelayChange step;
-  double left_by_step = left / kTimesBetter;
-  for (size_t k = 2; k + 2 <= n; ++k) {
-    const double before = mean(0, k), after = mean(k, n), now = squares(0, k, before, 0.0) + squares(k, n, after, 0.0);
-    if (now >= left_by_step) continue;
-    left_by_step = now;
-    step.step = after - before;
-    step.delay = after;
-    step.sigma = scale(now) * std::sqrt(1.0 / weight(0, k) + 1.0 / weight(k, n));
+  double left = line.left / kTimesBetter;
+  for (const PartDelay* split = first + 2; split + 2 <= last; ++split) {
+    const DelayFit before(first, split, true), after(split, last, true);
+    if (before.left + after.left >= left) continue;
+    left = before.left + after.left;
+    step.step = after.delay - before.delay;
+    step.delay = after.delay;
+    step.sigma = scale(left) * std::sqrt(1.0 / before.weight + 1.0 / after.weight);
   }
   if (std::abs(step.step) > std::max(kLeast, kSigmas * step.sigma)) {
     step.t = TimeOfStep(turns, imu, R_B_C, step.delay - step.step, step.delay);
     return step;
   }
-  const double sigma = scale(left) / std::sqrt(scatter), change = std::abs(rate) * (parts.back().t - parts.front().t);
-  if (change < kLeast || std::abs(rate) < kSigmas * sigma || std::abs(rate) > kMostRate) return std::nullopt;
-  return DelayChange{rate, 0.0, t, delay, sigma};
+  const double sigma = scale(line.left) / std::sqrt(line.scatter), rate = std::abs(line.rate);
+  if (rate < std::max(kLeast / (parts.back().t - parts.front().t), kSigmas * sigma) || rate > kMostRate)
+    return std::nullopt;
+  return DelayChange{line.rate, 0.0, line.t, line.delay, sigma};
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <iomanip>
+#include <limits>
 #include <map>
 #include <sstream>
 
@@ -118,6 +119,19 @@ void MarkStuck(const Readings& imu, const Sensor& sensor, std::vector<bool>* is_
   }
 }
 
+// Where the extreme is no sensor's range: ten times as many readings as share another value near it; of a coarse sensor, many do.
+template <typename Value>
+double ManyMoreThanOthers(size_t n, const Value& value, double extreme) {
+  constexpr double kTimes = 10.0, kNear = 0.8, kFewestOthers = 3.0;
+  std::map<double, double> counts;
+  for (size_t k = 0; k < n; ++k)
+    if (value(k) > kNear * extreme && value(k) < extreme) ++counts[value(k)];
+  const auto others = static_cast<double>(counts.size());
+  double all = 0.0;
+  for (const auto& [x, count] : counts) all += count;
+  return others < kFewestOthers ? std::numeric_limits<double>::infinity() : kTimes * all / others;
+}
+
 // What many readings of one axis share that are extreme in one direction: their value, which is behind a calibration,
 // x = c₀ + c₁ y + c₂ z, exact as no noise is.
 struct Rail {
@@ -126,23 +140,14 @@ struct Rail {
 };
 Rail FindRail(const Readings& imu, const Sensor& sensor, int axis, double sign, bool is_sure) {
   constexpr double kNear = 0.97, kExact = 1e-5, kShare = 0.5;
-  // Where that is not at a sensor's range, ten times as many as share another value near: of a coarse one, many do.
-  constexpr double kTimes = 10.0, kUpper = 0.8, kFewestOthers = 3.0;
+  constexpr double kFewest = 5.0;
   const auto value = [&](size_t k) { return sign * (imu[k].*sensor.reading)[axis]; };
   double extreme = 0.0;
   for (size_t k = 0; k < imu.size(); ++k) extreme = std::max(extreme, value(k));
   if (extreme <= 0.0) return {};
-  double fewest = 5.0;
-  if (!is_sure || extreme < sensor.least_rail) {
-    std::map<double, double> counts;
-    for (size_t k = 0; k < imu.size(); ++k)
-      if (value(k) > kUpper * extreme) ++counts[value(k)];
-    const double most = counts.rbegin()->second, others = static_cast<double>(counts.size() - 1);
-    double all = 0.0;
-    for (const auto& [x, count] : counts) all += count;
-    if (others < kFewestOthers) return {};
-    fewest = std::max(fewest, kTimes * (all - most) / others);
-  }
+  const double fewest = is_sure && extreme >= sensor.least_rail
+                            ? kFewest
+                            : std::max(kFewest, ManyMoreThanOthers(imu.size(), value, extreme));
   std::vector<size_t> near;
   for (size_t k = 0; k < imu.size(); ++k)
     if (value(k) > kNear * extreme) near.push_back(k);

@@ -107,6 +107,19 @@ RecordingWarnings ReadTruthOtherwise(const OdometryRun& run, const std::vector<S
            axes}};
 }
 
+// A truth that is read otherwise, or stamped late.
+RecordingWarnings FaultsOfTruth(const OdometryRun& run, const std::vector<StampedState>& truth) {
+  constexpr double kLeastSeconds = 5.0;  // shorter ones look like many things
+  if (!run.error || run.segments.size() != 1 || run.states.back().t - run.states.front().t < kLeastSeconds) return {};
+  const RecordingWarnings otherwise = ReadTruthOtherwise(run, truth);
+  const double delay = otherwise.empty() ? DelayOfTruth(run, truth) : 0.0;
+  if (delay == 0.0) return otherwise;
+  const auto milliseconds = std::lround(1e3 * std::abs(delay));
+  return {{delay > 0.0 ? "truth_late" : "truth_early", static_cast<double>(milliseconds), kNoNumber,
+           Join("groundtruth.csv seems to be stamped about ", milliseconds, " ms too ", delay > 0.0 ? "late" : "early",
+                " for the IMU, which explains most of the error")}};
+}
+
 // Whether the truth is many times as large as the estimates, and agrees with them in their size: an estimate that has failed
 // may be as large, but of another shape.
 bool IsOfAnotherUnit(const OdometryRun& run, std::vector<StampedState> truth) {
@@ -300,19 +313,8 @@ RecordingWarnings CheckComparison(const OdometryStudy& study) {
                         Join("groundtruth.csv moves ", run->error->scale, " times as far as ", run->policy,
                              " estimates; is it in meters?")});
   }
-  constexpr double kLeastSeconds = 5.0;  // shorter ones look like many things
-  const OdometryRun& first = study.runs.front();
-  if (!first.error || first.segments.size() != 1 || first.states.back().t - first.states.front().t < kLeastSeconds)
-    return warnings;
-  const RecordingWarnings otherwise = ReadTruthOtherwise(first, truth);
-  warnings.insert(warnings.end(), otherwise.begin(), otherwise.end());
-  const double delay = otherwise.empty() ? DelayOfTruth(first, truth) : 0.0;
-  if (delay != 0.0) {
-    const auto milliseconds = std::lround(1e3 * std::abs(delay));
-    warnings.push_back({delay > 0.0 ? "truth_late" : "truth_early", static_cast<double>(milliseconds), kNoNumber,
-                        Join("groundtruth.csv seems to be stamped about ", milliseconds, " ms too ",
-                             delay > 0.0 ? "late" : "early", " for the IMU, which explains most of the error")});
-  }
+  const RecordingWarnings of_truth = FaultsOfTruth(study.runs.front(), truth);
+  warnings.insert(warnings.end(), of_truth.begin(), of_truth.end());
   return warnings;
 }
 
