@@ -11,7 +11,7 @@ from ch5_backend.course.base.language import speaker
 from ch5_backend.course.homework.block_map import block_map
 from ch5_backend.course.homework.check import tell
 from ch5_backend.course.homework.diagnosis import cause_of
-from ch5_backend.course.homework.judge import FLOOD, every_test, in_bytes, judge
+from ch5_backend.course.homework.judge import FLOOD, every_test, in_bytes, judge, mended
 
 STAGE = {"id": "1.1", "tests": "Stage11.*", "file": "problem.cc", "todos": ["1.1a"]}
 # In place of a check: prints, and reports that its second test has failed, or runs on.
@@ -113,6 +113,11 @@ test = lambda name, **more: {"name": filter, "result": "COMPLETED"}"""
 
 
 class BlockMap(unittest.TestCase):
+    def test_names_of_any_letters_survive_the_report(self):
+        rows = json.dumps(["δv.x", "δθ.y"], ensure_ascii=False)
+        test = {"rows": rows.encode().decode("latin-1"), "picture": "xo/oo", "line": 3}  # as GoogleTest up to 1.12 has them
+        self.assertEqual(json.loads(json.dumps({"testsuites": [test]}), object_hook=mended), {"testsuites": [{**test, "rows": rows}]})
+
     def test_a_mark_tells_of_all_entries_of_two_vertices(self):
         names = [{"id": "scene.row_of", "vertex": vertex, "component": k} for vertex in ("pose 0", "pose 1") for k in "ab"] + ["landmark 2"]
         test = {"picture": "oo..o/oo..o/..ox./..oo./oo..o", "rows": json.dumps(names), "columns": "[]"}

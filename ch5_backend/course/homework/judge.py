@@ -132,7 +132,7 @@ def run_tests(executable: Path, stage: dict, time_limit: float, options, worker,
         if not printed.is_alive():
             process.stdout.close()
         try:
-            tests = json.loads(report_path.read_text(encoding="utf-8"))["testsuites"]
+            tests = json.loads(report_path.read_text(encoding="utf-8"), object_hook=mended)["testsuites"]
         except (OSError, ValueError, KeyError):
             tests = []
     if not in_time or not tests:
@@ -246,8 +246,8 @@ def read_report(tests: list, exit_code: int, printed: Printed) -> Verdict:
 def read_failure(test: dict) -> Verdict:
     """The verdict on a test that has failed: what it says itself, or what was thrown."""
     if "diagnosis" in test:
-        return Verdict("wrong", json.loads(mend_utf8(test["diagnosis"])))
-    text = mend_utf8(test["failures"][0]["failure"])
+        return Verdict("wrong", json.loads(test["diagnosis"]))
+    text = test["failures"][0]["failure"]
     if missing := NOT_STARTED.search(text):
         return Verdict("not-started", not_started(missing[1], missing[2]))
     if thrown := re.search(r'C\+\+ exception with description "(.*)" thrown', text, re.DOTALL):
@@ -267,7 +267,7 @@ def worker_failure(tests: list):
     """How the worker has failed to answer: ("EXIT", 0), ("CRASH", minus the signal), or None. See WorkerFailure in
     ch5_homework/judge/remote/process.h."""
     for failure in (failure for test in tests for failure in test.get("failures", [])):
-        found = re.search(r'with description "(?:START: )?(CRASH|EXIT|TIMEOUT|GARBAGE)\b ?(\d*)(.*)', mend_utf8(failure["failure"]))
+        found = re.search(r'with description "(?:START: )?(CRASH|EXIT|TIMEOUT|GARBAGE)\b ?(\d*)(.*)', failure["failure"])
         name = found[3].partition(" in ")[0] if found else ""
         by = [-number for number in signal.valid_signals() if name == signal.strsignal(number)]
         return (found[1], by[0] if by else int(found[2] or 0)) if found else None
@@ -291,12 +291,14 @@ def in_numbers(told: list) -> dict:
     return sentence("eigen.two_sizes", this=this, that=that) if this and that else {}
 
 
-def mend_utf8(text: str) -> str:
+def mended(report: dict) -> dict:
     """GoogleTest up to 1.12 writes each byte of a UTF-8 letter as a letter of its own."""
-    try:
-        return text.encode("latin-1").decode("utf-8")
-    except UnicodeError:
-        return text
+    def mend(value):
+        try:
+            return value.encode("latin-1").decode("utf-8") if isinstance(value, str) else value
+        except UnicodeError:
+            return value
+    return {name: mend(value) for name, value in report.items()}
 
 
 def ended_early(executable: Path, stage: dict, printed: Printed, in_time: bool, exit_code: int, time_limit: float,
