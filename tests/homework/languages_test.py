@@ -202,7 +202,7 @@ class Told(unittest.TestCase):
 
 class Read(unittest.TestCase):
     def read(self, text: str, **more) -> Verdict:
-        return judge.read_report([{"name": "A", "result": "COMPLETED", "failures": [{"failure": text}], **more}], 1, printed(""))
+        return judge.read_report([judge.mended({"name": "A", "result": "COMPLETED", "failures": [{"failure": text}], **more})], 1, printed(""))
 
     def test_what_was_thrown_is_no_diagnosis(self):
         forged = json.dumps({"stage": "1.1", "check": "all is well", "cause": "none"})
